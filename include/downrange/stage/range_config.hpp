@@ -1,0 +1,108 @@
+#pragma once
+/// What the engine needs to know of a range. Plain values, SI and radians; filled and validated by src/config.
+
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include <downrange/geo/name.hpp>
+#include <downrange/geo/polar.hpp>
+#include <downrange/geo/site.hpp>
+#include <downrange/geo/time.hpp>
+
+namespace downrange {
+
+struct RadarConfig {
+  Name id;
+  Site site;
+  PolarSigma sigma;            ///< instrument noise, 1-sigma
+  double angle_inflation = 4;  ///< factor on the angle variances for slow pointing errors (ALGORITHMS 4a)
+  double rate_hz = 10;         ///< nominal plot rate
+  double range_min_m = 0;
+  double range_max_m = 4e6;
+  double elevation_min_rad = 0;
+  double elevation_max_rad = std::numbers::pi / 2;
+};
+
+/// A telemetry ground station: relays GPS fixes.
+struct TelemetryConfig {
+  Name id;
+  Site site;
+};
+
+/// The vehicle's receiver; a message's own stated accuracy overrides the sigmas.
+struct GpsConfig {
+  double sigma_horizontal_m = 5;
+  double sigma_vertical_m = 8;
+  double sigma_velocity_m_s = 0.2;
+  bool use_velocity = true;
+  int min_satellites = 4;  ///< fixes that state fewer are rejected
+};
+
+struct AntennaConfig {
+  Name id;
+  Site site;
+  double azimuth_min_rad = -1.5 * std::numbers::pi;  ///< travel, cable wrap included
+  double azimuth_max_rad = 1.5 * std::numbers::pi;
+  double elevation_min_rad = 0;
+  double elevation_max_rad = std::numbers::pi / 2;
+  double azimuth_rate_max_rad_s = 0.2;
+  double elevation_rate_max_rad_s = 0.2;
+  Duration link_delay;  ///< command leaves the node -> antenna control unit has it
+  Duration lead;        ///< servo lag to be led
+};
+
+struct IngestConfig {
+  Duration max_future = milliseconds(100);
+  bool expect_simulated = false;  ///< the `simulated` flag every input must carry
+};
+
+/// Bias estimation (method song2015).
+struct AlignConfig {
+  double offset_prior_m = 100;                ///< 1-sigma per SEZ axis
+  double scale_prior = 3e-4;                  ///< 1-sigma per SEZ axis
+  int window = 20;                            ///< samples of the paper's windowed process noise; 0: none, drift only
+  double offset_drift_m_sqrt_s = 0.3;         ///< random walk of the offsets, m/sqrt(s)
+  double scale_drift_sqrt_s = 1e-6;           ///< random walk of the scales, 1/sqrt(s)
+  double gps_q_m2_s3 = 1000;                  ///< white acceleration PSD of the GPS track
+  Duration gps_max_age = milliseconds(3000);  ///< older GPS: biases are kept, not updated
+};
+
+struct FuseConfig {
+  std::vector<Name> methods{"song2015"};  ///< side by side; slaving follows the first
+  Duration history = milliseconds(5000);  ///< how late a measurement may be
+  Duration batch = milliseconds(100);     ///< fusion interval of song2015, on the UTC grid
+  double q_m2_s3 = 1000;                  ///< white acceleration PSD of the fused track
+  double gate_probability = 0.9999;
+  int reopen_after = 50;  ///< rejections in a row before a source's bias is opened again
+  double initial_sigma_velocity_m_s = 3000;
+  bool publish_on_data = true;  ///< trajectory with each measurement; false: on the tick
+};
+
+struct SlaveConfig {
+  Duration stale = milliseconds(500);     ///< newest measurement older than this: coasting
+  Duration coast = milliseconds(5000);    ///< coasting longer than this: next source of the ladder, or no command
+  double coast_sigma_max_m = 5000;        ///< position 1-sigma above which coasting ends as well
+  Duration validity = milliseconds(200);  ///< valid_until - apply_at
+};
+
+struct TargetConfig {
+  Name id;
+};
+
+struct RangeConfig {
+  Name name;
+  Duration tick = milliseconds(25);
+  int leap_seconds = 18;
+  std::vector<TargetConfig> targets;
+  std::vector<RadarConfig> radars;
+  std::vector<TelemetryConfig> telemetry;
+  std::vector<AntennaConfig> antennas;
+  GpsConfig gps;
+  IngestConfig ingest;
+  AlignConfig align;
+  FuseConfig fuse;
+  SlaveConfig slave;
+};
+
+}  // namespace downrange

@@ -1,0 +1,134 @@
+#pragma once
+/// What the engine emits. Units SI and radians; positions and velocities ECEF; times UTC.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <variant>
+
+#include <downrange/geo/name.hpp>
+#include <downrange/geo/site.hpp>
+#include <downrange/geo/time.hpp>
+#include <downrange/stage/event.hpp>
+
+namespace downrange {
+
+inline constexpr int max_bias_terms = 10;
+inline constexpr int max_state = 9;
+
+/// Entries of the upper triangle of an n x n matrix.
+constexpr int triangle_size(int n) { return n * (n + 1) / 2; }
+
+/// What one entry of a bias vector means. Order is the wire's: append only.
+enum class BiasTerm : std::uint8_t {
+  OffsetSouth,  ///< m,  measured = true + b, radar's SEZ axes (block sez_offset)
+  OffsetEast,
+  OffsetZenith,
+  ScaleSouth,  ///< 1, measured = (1 + eps) true per SEZ axis (block sez_scale)
+  ScaleEast,
+  ScaleZenith,
+  OffsetRange,  ///< m (block polar)
+  OffsetAzimuth,
+  OffsetElevation,
+  ScaleRange,
+  ScaleAzimuth,
+  ScaleElevation,
+  TimeTag,  ///< s, positive: the radar's clock is fast, its stamps are later than the truth (block time)
+};
+enum class BiasState : std::uint8_t { Estimating, Converged, NotObservable, Frozen };
+enum class BiasReference : std::uint8_t { None, Gps, CrossRadar };
+
+/// One radar's bias as a method knows it. `terms` entries are used of each array.
+struct SensorBias {
+  Name sensor;
+  Name method;
+  Time epoch;     ///< newest radar epoch processed
+  Time received;  ///< of the event that caused this record
+  BiasReference reference = BiasReference::None;
+  std::uint64_t samples = 0;
+  int terms = 0;
+  std::array<BiasTerm, max_bias_terms> term{};
+  std::array<BiasState, max_bias_terms> state{};
+  std::array<double, max_bias_terms> value{};
+  std::array<double, triangle_size(max_bias_terms)> covariance{};  ///< upper triangle row by row of terms x terms
+};
+
+enum class TrackQuality : std::uint8_t { Good, Coasting };
+
+/// The fused trajectory at `epoch`. State order: position x y z, velocity x y z, (acceleration x y z when
+/// state_size is 9), ECEF.
+struct Trajectory {
+  Name target;
+  Name method;
+  bool primary = false;  ///< the method that slaving follows
+  Time epoch;
+  Time received;
+  TrackQuality quality = TrackQuality::Good;
+  int state_size = 6;
+  std::array<double, max_state> state{};
+  std::array<double, triangle_size(max_state)> covariance{};  ///< upper triangle row by row, state_size square
+  Geodetic geodetic;
+  double speed_m_s = 0;        ///< relative to the Earth
+  double flight_path_rad = 0;  ///< up from the local horizontal
+  double heading_rad = 0;      ///< clockwise from north, [0, 2 pi)
+  std::uint64_t sources = 0;   ///< bit i: i-th configured radar contributed within the last second
+  double nis = 0;              ///< of the newest measurement, chi2 with nis_dof degrees of freedom
+  int nis_dof = 0;
+};
+
+enum class SlavingSource : std::uint8_t { Fused, Coasting, SingleSensor, Gps, Nominal };
+
+/// Why a command is not exactly the look angle. Bits.
+enum SlavingLimit : std::uint8_t {
+  LimitNone = 0,
+  LimitElevation = 1,  ///< elevation held at the end of the antenna's travel: the target is outside it
+  LimitAzimuth = 2,    ///< azimuth held at the end of the antenna's travel
+  LimitRate = 4,       ///< the target moves faster than the antenna's axes (keyhole)
+  LimitUnwrapped = 8,  ///< azimuth went around by a full turn since the previous command
+};
+
+/// Where one antenna shall point at the instant `apply_at`.
+struct SlavingCommand {
+  Name antenna;
+  Name target;
+  Time tick;               ///< the tick that issued it
+  Time apply_at;           ///< tick + link delay + lead
+  Time valid_until;        ///< an antenna must not follow the command after this
+  Time data_epoch;         ///< newest measurement behind it
+  double age_s = 0;        ///< apply_at - data_epoch
+  double azimuth_rad = 0;  ///< unwrapped, within the antenna's travel
+  double elevation_rad = 0;
+  double range_m = 0;
+  double azimuth_rate_rad_s = 0;
+  double elevation_rate_rad_s = 0;
+  double range_rate_m_s = 0;
+  double sigma_azimuth_rad = 0;  ///< 1-sigma of the axis angle; times cos elevation is on the sky
+  double sigma_elevation_rad = 0;
+  SlavingSource source = SlavingSource::Fused;
+  std::uint8_t limits = LimitNone;
+};
+
+/// Running account of one source at one node.
+struct SourceHealth {
+  Name sensor;
+  Name target;
+  Time time;
+  double rate_hz = 0;                               ///< messages over the last second
+  double latency_s = 0;                             ///< received - epoch, running mean
+  std::array<std::uint64_t, reason_count> count{};  ///< by Reason; [Accepted] is what stands after the method's gate
+  double residual_mean = 0;                         ///< of the normalised innovations, running
+  double residual_sigma = 0;                        ///< 1 when noise and covariance are right
+  double nis = 0;                                   ///< running mean over degrees of freedom; 1 when right
+  bool qualified = false;                           ///< delivering and not mostly rejected
+};
+
+using Result = std::variant<Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth>;
+
+/// Receives results in the order the engine made them. Called from the engine's thread; must not throw.
+class ResultSink {
+ public:
+  virtual ~ResultSink() = default;
+  virtual void emit(const Result& result) = 0;
+};
+
+}  // namespace downrange
