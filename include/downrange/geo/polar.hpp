@@ -43,7 +43,8 @@ struct ConvertedMeasurement {
 
 /// Unbiased converted measurement: multiplicative debiasing (Longbin, Xiaoquan, Yizhu, Kang, Bar-Shalom 1998,
 /// doi 10.1109/7.705921) with the consistent covariance of Duan, Han, Li 2004 (E[R | truth] is the covariance of z).
-/// Any elevation, the zenith included; sigma angles below 0.5 rad.
+/// Any elevation, the zenith included: R stays positive definite there (its smallest eigenvalue is kept above the
+/// fourth-order term range^2 sigma_el^2 (sigma_az^2 + sigma_el^2)); sigma angles below 0.5 rad.
 [[nodiscard]] ConvertedMeasurement convert_unbiased(const Polar& q, const PolarSigma& sigma);
 
 /// Additive debiasing with averaged covariance: Lerro, Bar-Shalom 1993; Suchomski 1999 (song2015 eq. 8-10 as
