@@ -1,0 +1,90 @@
+#pragma once
+/// Results over DDS: what a node publishes, and what antennas, screens and recorders read.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include <downrange/stage/result.hpp>
+
+#include "dds/participant.hpp"
+#include "dds/service_status.hpp"
+
+namespace downrange::dds {
+
+struct RangeStep;
+
+struct OutputOptions {
+  int strength = 100;        ///< of exclusive ownership: of two nodes alive, the stronger one's results count
+  bool observations = true;  ///< publish downrange/observation, and the ingest progress on the range clock
+  bool results = true;       ///< publish bias, trajectory, slaving: nodes that align, fuse or slave
+};
+
+/// Publishes what the engine emits. Used by the engine's thread; counts() from any thread.
+class OutputWriters final : public ResultSink {
+ public:
+  OutputWriters(Participant& participant, const OutputOptions& options);
+  ~OutputWriters() override;
+  OutputWriters(const OutputWriters&) = delete;
+  OutputWriters& operator=(const OutputWriters&) = delete;
+
+  /// A write that DDS refuses is counted. On the wall clock it does not block for longer than the profile's
+  /// max_blocking_time; on the range clock it waits for slow reliable consumers, bounded likewise.
+  void emit(const Result& result) override;
+  void publish(const ServiceStatus& status);
+
+  /// Range clock only: around the events of a step. The end reports the observations written so far.
+  void begin_step(const RangeStep& step);
+  void end_step();
+
+  /// Tells consumers that this node's engine is well. Without it (and without writes) another node takes over after
+  /// the liveliness lease of the profile.
+  void assert_liveliness();
+
+  [[nodiscard]] WriteCounts counts() const;
+  /// Whether downrange/trajectory and downrange/slaving (downrange/observation where no results are published) have
+  /// met at least `readers` readers, waiting at most `timeout`.
+  [[nodiscard]] bool wait_for_matched(int readers, std::chrono::milliseconds timeout) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct OutputSelection {
+  bool observations = false;
+  bool bias = true;
+  bool trajectory = true;
+  bool slaving = true;
+  bool health = true;
+  bool status = true;
+  /// On the range clock: receive every sample, and hold the flight back rather than lose one. False for screens.
+  bool lossless = true;
+};
+
+/// Callbacks run on the middleware's threads, one at a time per topic: thread-safe, quick, no exceptions. Empty ones
+/// are skipped.
+struct OutputCallbacks {
+  std::function<void(const Result&)> result;
+  std::function<void(const ServiceStatus&)> status;
+};
+
+/// Reads results as any consumer does: of several nodes that publish, only the owner's arrive.
+class OutputReaders {
+ public:
+  OutputReaders(Participant& participant, const OutputSelection& selection, OutputCallbacks callbacks);
+  ~OutputReaders();
+  OutputReaders(const OutputReaders&) = delete;
+  OutputReaders& operator=(const OutputReaders&) = delete;
+
+  [[nodiscard]] ReadCounts counts() const;
+  /// Whether every selected topic has met at least `writers` writers, waiting at most `timeout`.
+  [[nodiscard]] bool wait_for_matched(int writers, std::chrono::milliseconds timeout) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace downrange::dds
