@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <variant>
 
+#include <downrange/est/bias_terms.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/site.hpp>
 #include <downrange/geo/time.hpp>
@@ -18,25 +19,6 @@ inline constexpr int max_state = 9;
 
 /// Entries of the upper triangle of an n x n matrix.
 constexpr int triangle_size(int n) { return n * (n + 1) / 2; }
-
-/// What one entry of a bias vector means. Order is the wire's: append only.
-enum class BiasTerm : std::uint8_t {
-  OffsetSouth,  ///< m,  measured = true + b, radar's SEZ axes (block sez_offset)
-  OffsetEast,
-  OffsetZenith,
-  ScaleSouth,  ///< 1, measured = (1 + eps) true per SEZ axis (block sez_scale)
-  ScaleEast,
-  ScaleZenith,
-  OffsetRange,  ///< m (block polar)
-  OffsetAzimuth,
-  OffsetElevation,
-  ScaleRange,
-  ScaleAzimuth,
-  ScaleElevation,
-  TimeTag,  ///< s, positive: the radar's clock is fast, its stamps are later than the truth (block time)
-};
-enum class BiasState : std::uint8_t { Estimating, Converged, NotObservable, Frozen };
-enum class BiasReference : std::uint8_t { None, Gps, CrossRadar };
 
 /// One radar's bias as a method knows it. `terms` entries are used of each array.
 struct SensorBias {

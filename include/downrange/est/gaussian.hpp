@@ -1,0 +1,65 @@
+#pragma once
+/// Gaussian estimates and the linear measurement update that every filter shares.
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace downrange {
+
+template <int N>
+using Vec = Eigen::Matrix<double, N, 1>;
+template <int N, int M>
+using Mat = Eigen::Matrix<double, N, M>;
+
+/// Mean and covariance; the covariance symmetric positive definite.
+template <int N>
+struct Gaussian {
+  Vec<N> mean = Vec<N>::Zero();
+  Mat<N, N> cov = Mat<N, N>::Identity();
+};
+
+enum class Verdict : std::uint8_t {
+  Accepted,
+  Gated,     ///< normalised innovation squared above the gate, or NaN
+  Frozen,    ///< a receiver that repeats one fix while the vehicle moves
+  Singular,  ///< innovation covariance not positive definite
+};
+
+template <int N, int M>
+struct Update {
+  Gaussian<N> posterior;  ///< The prior, untouched, unless verdict == Accepted.
+  Vec<M> innovation;      ///< nu = z - h(x), angles wrapped by the model.
+  Mat<M, M> S;            ///< Innovation covariance H P H' + R.
+  double nis = 0;         ///< nu' S^-1 nu, chi2(M) if the model is right.
+  Verdict verdict = Verdict::Accepted;
+};
+
+/// Kalman update in Joseph form (Bucy, Joseph 1968): the covariance stays symmetric and positive definite for any gain.
+/// `innovation` = z - h(prior.mean), `H` its Jacobian, `R` positive definite, `gate` a chi2(M) quantile (infinity:
+/// none).
+template <int N, int M>
+[[nodiscard]] Update<N, M> kalman_update(const Gaussian<N>& prior, const Vec<M>& innovation, const Mat<M, N>& H,
+                                         const Mat<M, M>& R, double gate) {
+  Update<N, M> u{.posterior = prior, .innovation = innovation, .S = {}};
+  const Mat<N, M> PHt = prior.cov * H.transpose();
+  u.S = H * PHt + R;
+  const Eigen::LLT<Mat<M, M>> llt(u.S);
+  if (llt.info() != Eigen::Success) {
+    u.verdict = Verdict::Singular;
+    return u;
+  }
+  u.nis = innovation.dot(llt.solve(innovation));
+  if (!(u.nis <= gate)) {  // written so that NaN is gated
+    u.verdict = Verdict::Gated;
+    return u;
+  }
+  const Mat<N, M> K = llt.solve(PHt.transpose()).transpose();
+  const Mat<N, N> ImKH = Mat<N, N>::Identity() - K * H;
+  u.posterior.mean += K * innovation;
+  const Mat<N, N> P = ImKH * prior.cov * ImKH.transpose() + K * R * K.transpose();
+  u.posterior.cov = (P + P.transpose()) / 2;
+  return u;
+}
+
+}  // namespace downrange

@@ -1,0 +1,93 @@
+#pragma once
+/// The method of the range paper: H.-R. Song, GPS-based multiple radar bias estimation and sensor fusion for launch
+/// vehicle tracking, 2015 (doi 10.9723/jksiis.2015.20.6), with the corrections of the range's errata.
+
+#include <array>
+#include <downrange/est/async_fusion.hpp>
+#include <downrange/est/method.hpp>
+#include <downrange/est/rewind.hpp>
+
+namespace downrange {
+
+/// One radar's bias filter. State: offsets (m) and scales (1) along the radar's south, east, zenith axes;
+/// measured = (1 + scale) true + offset.
+struct RadarBias {
+  static constexpr int max_window = 64;
+
+  Gaussian<6> estimate;
+  std::array<Vec<6>, max_window> window{};  ///< the last estimates, for the paper's process noise (20)
+  int windowed = 0;                         ///< how many of them are filled
+  int next = 0;
+  Time updated;  ///< epoch of the last update by GPS
+  Time epoch;    ///< epoch of the last plot
+  std::uint64_t samples = 0;
+  int rejected_in_row = 0;
+};
+
+/// The GPS Kalman filter of one target: CV in ECEF.
+struct GpsTrack {
+  bool started = false;
+  Time epoch;
+  Gaussian<6> state;
+  Position<Ecef> last_position;  ///< of the last fix seen, for the frozen-receiver check
+  Velocity<Ecef> last_velocity;
+  int rejected_in_row = 0;
+};
+
+/// The radar fusion of one target: the estimate at the last batch instant and the plots since.
+struct FusedTrack {
+  static constexpr int max_radars = 64;
+
+  bool started = false;
+  Time base_epoch;
+  Gaussian<6> base;
+  int pending_count = 0;
+  std::array<TimedPosition, max_batch> pending{};
+  std::array<Time, max_batch> pending_epoch{};
+  Time epoch;                                  ///< of the newest plot
+  Gaussian<6> current;                         ///< base and pending fused at `epoch`
+  std::array<Time, max_radars> contributed{};  ///< last accepted plot per radar
+  double nis = 0;
+  int rejected_in_row = 0;
+};
+
+/// GPS predicted to the radar epochs -> pseudo bias measurement -> bias Kalman filter per radar -> compensation ->
+/// optimal asynchronous fusion. Without bias estimation (`correct` false) it is the *uncorrected* fusion: radars only,
+/// no bias states, no gate.
+class Song2015 {
+ public:
+  struct State {
+    std::vector<RadarBias> radars;
+    std::vector<GpsTrack> gps;      ///< per target
+    std::vector<FusedTrack> fused;  ///< per target
+    std::vector<SourceAccount> accounts;
+  };
+
+  Song2015(MethodSettings settings, bool correct);
+
+  [[nodiscard]] State initial() const;
+  Outcome apply(State& state, const Measurement& m) const;
+
+  [[nodiscard]] const MethodSettings& settings() const { return settings_; }
+  [[nodiscard]] bool corrects() const { return correct_; }
+
+ private:
+  Outcome apply_fix(State& state, const Measurement& m) const;
+  Outcome apply_plot(State& state, const Measurement& m) const;
+  void estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
+                     const Mat<3, 3>& R_sez) const;
+  [[nodiscard]] Gaussian<6> prior_bias() const;
+  [[nodiscard]] Mat<6, 6> bias_process_noise(const RadarBias& bias, double dt) const;
+  void start_track(FusedTrack& track, const Measurement& m, const TimedPosition& z) const;
+  void fuse_into(FusedTrack& track, const Measurement& m, const TimedPosition& z) const;
+
+  MethodSettings settings_;
+  bool correct_;
+  double gate3_;  ///< chi2 quantile, 3 degrees of freedom; infinity when not correcting
+  double gate6_;
+};
+
+/// State of the bias terms as reported: from sigma against prior, correlation, age.
+[[nodiscard]] BiasEstimate describe(const RadarBias& bias, const MethodSettings& settings);
+
+}  // namespace downrange

@@ -1,0 +1,326 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <downrange/est/consistency.hpp>
+#include <downrange/est/motion.hpp>
+#include <downrange/est/song2015.hpp>
+#include <limits>
+
+namespace downrange {
+namespace {
+
+/// Rejected fixes in a row after which the GPS track starts again: at 1 Hz a receiver that returns wins in 5 s.
+constexpr int gps_restart_after = 5;
+/// A receiver that repeats its fix to the last bit is frozen once the vehicle moved by this many sigma and a metre.
+constexpr double frozen_sigmas = 3;
+constexpr double reporting_quantum_m = 1;
+constexpr Duration contribution_window = milliseconds(1000);
+
+const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
+
+/// C of eq. (18), with the project's sign: measured = (1 + eps) true + b.
+Mat<3, 6> bias_matrix(const Vec<3>& z_sez) {
+  Mat<3, 6> C;
+  C << Mat<3, 3>::Identity(), Mat<3, 3>(z_sez.asDiagonal());
+  return C;
+}
+
+Mat<3, 3> fix_covariance(const Measurement& m) {
+  const double h2 = m.sigma_horizontal_m * m.sigma_horizontal_m;
+  const double v2 = m.sigma_vertical_m * m.sigma_vertical_m;
+  const Mat<3, 3> R_ecef_enu = enu_from_ecef_at(geodetic_from_ecef(m.position)).R.transpose();
+  return R_ecef_enu * Vec<3>(h2, h2, v2).asDiagonal() * R_ecef_enu.transpose();
+}
+
+void count(SourceAccount& account, Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Accepted:
+      ++account.accepted;
+      account.rejected_in_row = 0;
+      return;
+    case Verdict::Frozen:
+      ++account.frozen;
+      break;
+    case Verdict::Gated:
+    case Verdict::Singular:
+      ++account.gated;
+      break;
+  }
+  ++account.rejected_in_row;
+}
+
+template <int N, int M>
+Outcome judge(SourceAccount& account, const Update<N, M>& u) {
+  count(account, u.verdict);
+  if (u.verdict == Verdict::Accepted) {
+    const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
+    account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
+  }
+  return {.verdict = u.verdict, .nis = u.nis, .dof = M};
+}
+
+double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
+
+}  // namespace
+
+Song2015::Song2015(MethodSettings settings, bool correct)
+    : settings_(std::move(settings)),
+      correct_(correct),
+      gate3_(correct ? chi2_quantile(settings_.gate_probability, 3) : std::numeric_limits<double>::infinity()),
+      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+  assert(settings_.radars.size() <= FusedTrack::max_radars);
+  assert(settings_.bias_window <= RadarBias::max_window);
+}
+
+Song2015::State Song2015::initial() const {
+  State s;
+  s.radars.resize(settings_.radars.size());
+  for (RadarBias& bias : s.radars) bias.estimate = prior_bias();
+  s.gps.resize(static_cast<std::size_t>(settings_.targets));
+  s.fused.resize(static_cast<std::size_t>(settings_.targets));
+  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  return s;
+}
+
+Gaussian<6> Song2015::prior_bias() const {
+  Vec<6> variance;
+  variance << Vec<3>::Constant(settings_.bias_offset_prior_m * settings_.bias_offset_prior_m),
+      Vec<3>::Constant(settings_.bias_scale_prior * settings_.bias_scale_prior);
+  return {.mean = Vec<6>::Zero(), .cov = correct_ ? Mat<6, 6>(variance.asDiagonal()) : Mat<6, 6>::Zero()};
+}
+
+Outcome Song2015::apply(State& state, const Measurement& m) const {
+  return m.kind == Measurement::Kind::Gps ? apply_fix(state, m) : apply_plot(state, m);
+}
+
+Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
+  GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = state.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
+  const Mat<3, 3> R = fix_covariance(m);
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  const double velocity_variance = m.sigma_velocity_m_s * m.sigma_velocity_m_s;
+
+  const auto start = [&] {
+    gps.started = true;
+    gps.rejected_in_row = 0;
+    gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
+    gps.state.cov.setZero();
+    gps.state.cov.topLeftCorner<3, 3>() = R;
+    gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(
+        with_velocity ? velocity_variance
+                      : settings_.initial_sigma_velocity_m_s * settings_.initial_sigma_velocity_m_s);
+  };
+  const auto finish = [&](Outcome outcome) {
+    gps.epoch = m.epoch;
+    gps.last_position = m.position;
+    gps.last_velocity = m.velocity;
+    return outcome;
+  };
+  if (!gps.started) {
+    start();
+    count(account, Verdict::Accepted);
+    return finish({});
+  }
+
+  const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
+  const bool repeats =
+      m.position.m == gps.last_position.m && (!m.velocity_valid || m.velocity.m_s == gps.last_velocity.m_s);
+  const double moved = (predicted.mean.head<3>() - gps.last_position.m).norm();
+  const double moved_limit = frozen_sigmas * std::sqrt(R.trace()) + reporting_quantum_m;
+  if (repeats && moved > moved_limit) {
+    count(account, Verdict::Frozen);
+    return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  }
+
+  Outcome outcome;
+  if (with_velocity) {
+    Mat<6, 6> R6 = Mat<6, 6>::Zero();
+    R6.topLeftCorner<3, 3>() = R;
+    R6.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
+    Vec<6> z;
+    z << m.position.m, m.velocity.m_s;
+    const auto u = kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_);
+    gps.state = u.posterior;
+    outcome = judge(account, u);
+  } else {
+    const double gate = correct_ ? gate3_ : std::numeric_limits<double>::infinity();
+    const auto u = kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate);
+    gps.state = u.posterior;
+    outcome = judge(account, u);
+  }
+  if (outcome.verdict == Verdict::Accepted) {
+    gps.rejected_in_row = 0;
+  } else if (++gps.rejected_in_row >= gps_restart_after) {
+    start();  // the receiver insists: the track, not the receiver, is wrong
+    outcome.verdict = Verdict::Accepted;
+  }
+  return finish(outcome);
+}
+
+Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
+  const auto radar = static_cast<std::size_t>(m.source);
+  const RadarModel& model = settings_.radars[radar];
+  RadarBias& bias = state.radars[radar];
+  FusedTrack& track = state.fused[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = state.accounts[radar];
+
+  const ConvertedMeasurement converted = convert_unbiased(m.plot, model.sigma);  // (8)-(13)
+  const Mat<3, 3> R_sez_enu = sez_from_enu().R;
+  const Vec<3> z_sez = R_sez_enu * converted.z.m;
+  const Mat<3, 3> R_sez = R_sez_enu * converted.R * R_sez_enu.transpose();
+
+  if (correct_) estimate_bias(bias, state.gps[static_cast<std::size_t>(m.target)], m, z_sez, R_sez);
+  bias.epoch = m.epoch;
+
+  // Compensation (14): true = z - C b, and what is not known of b is noise of the compensated plot.
+  const Mat<3, 6> C = bias_matrix(z_sez);
+  const Mat<3, 3> R_ecef_sez = model.site.R_sez_ecef().R.transpose();
+  TimedPosition z;
+  z.z = model.site.ecef().m + R_ecef_sez * (z_sez - C * bias.estimate.mean);
+  z.R = R_ecef_sez * (R_sez + C * bias.estimate.cov * C.transpose()) * R_ecef_sez.transpose();
+
+  if (!track.started) {
+    start_track(track, m, z);
+    count(account, Verdict::Accepted);
+    return {};
+  }
+  const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings_.q_m2_s3);
+  const auto gate_check = kalman_update<6, 3>(predicted, z.z - H * predicted.mean, H, z.R, gate3_);
+  const Outcome outcome = judge(account, gate_check);
+  if (outcome.verdict == Verdict::Accepted) {
+    fuse_into(track, m, z);
+    track.nis = outcome.nis;
+    return outcome;
+  }
+  ++track.rejected_in_row;
+  if (track.rejected_in_row >= settings_.reopen_after) {
+    start_track(track, m, z);  // no radar was accepted for so long: the track is lost, not the radars
+  } else if (account.rejected_in_row % settings_.reopen_after == 0) {
+    bias.estimate = prior_bias();  // this radar alone disagrees: its bias is opened again
+    bias.windowed = 0;
+  }
+  return outcome;
+}
+
+void Song2015::estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
+                             const Mat<3, 3>& R_sez) const {
+  if (!gps.started || m.epoch - gps.epoch > settings_.gps_max_age) return;
+  const RadarModel& model = settings_.radars[static_cast<std::size_t>(m.source)];
+  const Mat<3, 3>& R_sez_ecef = model.site.R_sez_ecef().R;
+
+  // (17) Kalman prediction of GPS to the radar's epoch; (15), (16) pseudo measurement and its noise.
+  const Gaussian<6> reference = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
+  const Vec<3> z_b = z_sez - R_sez_ecef * (reference.mean.head<3>() - model.site.ecef().m);
+  const Mat<3, 3> R_b = R_sez_ecef * reference.cov.topLeftCorner<3, 3>() * R_sez_ecef.transpose() + R_sez;
+
+  // (19)-(21)
+  Gaussian<6> prior = bias.estimate;
+  if (bias.samples > 0) prior.cov += bias_process_noise(bias, seconds_between(m.epoch, bias.updated));
+  // (22), (23)
+  const Mat<3, 6> C = bias_matrix(z_sez);
+  const auto u = kalman_update<6, 3>(prior, z_b - C * prior.mean, C, R_b, gate3_);
+  if (u.verdict != Verdict::Accepted) {
+    if (++bias.rejected_in_row >= settings_.reopen_after) {
+      bias.estimate = prior_bias();
+      bias.windowed = 0;
+      bias.rejected_in_row = 0;
+    }
+    return;
+  }
+  bias.estimate = u.posterior;
+  bias.updated = m.epoch;
+  bias.rejected_in_row = 0;
+  ++bias.samples;
+  if (settings_.bias_window > 0) {
+    bias.window[static_cast<std::size_t>(bias.next)] = bias.estimate.mean;
+    bias.next = (bias.next + 1) % settings_.bias_window;
+    bias.windowed = std::min(bias.windowed + 1, settings_.bias_window);
+  }
+}
+
+Mat<6, 6> Song2015::bias_process_noise(const RadarBias& bias, double dt) const {
+  const double offset = settings_.bias_offset_drift_m_sqrt_s;
+  const double scale = settings_.bias_scale_drift_sqrt_s;
+  Vec<6> drift;
+  drift << Vec<3>::Constant(offset * offset), Vec<3>::Constant(scale * scale);
+  Mat<6, 6> Q = (drift * dt).asDiagonal();
+  if (bias.windowed < 2) return Q;
+  // (20): sample covariance of the last N estimates, as printed (ERRATA: it feeds on itself; window = 0 leaves it out).
+  const auto n = static_cast<std::size_t>(bias.windowed);
+  Vec<6> mean = Vec<6>::Zero();
+  for (std::size_t i = 0; i < n; ++i) mean += bias.window[i];
+  mean /= bias.windowed;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec<6> d = bias.window[i] - mean;
+    Q += d * d.transpose() / bias.windowed;
+  }
+  return Q;
+}
+
+void Song2015::start_track(FusedTrack& track, const Measurement& m, const TimedPosition& z) const {
+  track = FusedTrack{};
+  track.started = true;
+  track.base_epoch = track.epoch = m.epoch;
+  track.base.mean << z.z, Vec<3>::Zero();
+  track.base.cov.setZero();
+  track.base.cov.topLeftCorner<3, 3>() = z.R;
+  track.base.cov.bottomRightCorner<3, 3>().diagonal().setConstant(settings_.initial_sigma_velocity_m_s *
+                                                                  settings_.initial_sigma_velocity_m_s);
+  track.current = track.base;
+  track.contributed.fill(Time{std::numeric_limits<std::int64_t>::min() / 2});
+  track.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
+}
+
+void Song2015::fuse_into(FusedTrack& track, const Measurement& m, const TimedPosition& z) const {
+  // A batch ends at the first grid instant at or after its first plot, or when it is full.
+  if (track.pending_count > 0) {
+    const Time batch_end = ceil_to_grid(track.pending_epoch[0], settings_.batch);
+    if (m.epoch > batch_end || track.pending_count == max_batch) {
+      track.base = track.current;
+      track.base_epoch = track.epoch;
+      track.pending_count = 0;
+    }
+  }
+  const auto slot = static_cast<std::size_t>(track.pending_count++);
+  track.pending[slot] = z;
+  track.pending_epoch[slot] = m.epoch;
+  track.epoch = m.epoch;
+  for (std::size_t i = 0; i <= slot; ++i) track.pending[i].age_s = seconds_between(m.epoch, track.pending_epoch[i]);
+  track.current = fuse_asynchronous(track.base, seconds_between(m.epoch, track.base_epoch),
+                                    {track.pending.data(), slot + 1}, settings_.q_m2_s3);
+  track.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
+  track.rejected_in_row = 0;
+}
+
+BiasEstimate describe(const RadarBias& bias, const MethodSettings& settings) {
+  // Limits on sigma against the prior: hardly below it nothing was learnt; a fifth of it is a finished estimate.
+  constexpr double hardly_below = 0.7;
+  constexpr double well_below = 0.2;
+  constexpr double alike = 0.99;
+  BiasEstimate b;
+  b.epoch = bias.epoch;
+  b.samples = bias.samples;
+  b.reference = bias.samples > 0 ? BiasReference::Gps : BiasReference::None;
+  b.terms = 6;
+  const bool frozen = bias.samples > 0 && bias.epoch - bias.updated > settings.gps_max_age;
+  for (int i = 0; i < 6; ++i) {
+    const auto slot = static_cast<std::size_t>(i);
+    b.term[slot] = static_cast<BiasTerm>(i);
+    b.value[i] = bias.estimate.mean[i];
+    const double sigma = std::sqrt(bias.estimate.cov(i, i));
+    const double prior = i < 3 ? settings.bias_offset_prior_m : settings.bias_scale_prior;
+    double correlation = 0;
+    for (int j = 0; j < 6; ++j) {
+      b.cov(i, j) = bias.estimate.cov(i, j);
+      if (j != i)
+        correlation = std::max(correlation, std::abs(b.cov(i, j)) / (sigma * std::sqrt(bias.estimate.cov(j, j))));
+    }
+    b.state[slot] = frozen                                                ? BiasState::Frozen
+                    : sigma > hardly_below * prior || correlation > alike ? BiasState::NotObservable
+                    : sigma < well_below * prior                          ? BiasState::Converged
+                                                                          : BiasState::Estimating;
+  }
+  return b;
+}
+
+}  // namespace downrange
