@@ -13,15 +13,13 @@
 
 namespace downrange::dds {
 
-struct RangeStep;
-
 struct OutputOptions {
   int strength = 100;        ///< of exclusive ownership: of two nodes alive, the stronger one's results count
   bool observations = true;  ///< publish downrange/observation, and the ingest progress on the range clock
   bool results = true;       ///< publish bias, trajectory, slaving: nodes that align, fuse or slave
 };
 
-/// Publishes what the engine emits. Used by the engine's thread; counts() from any thread.
+/// Publishes what the engine emits. emit() from the engine's thread, the rest from any thread.
 class OutputWriters final : public ResultSink {
  public:
   OutputWriters(Participant& participant, const OutputOptions& options);
@@ -33,10 +31,6 @@ class OutputWriters final : public ResultSink {
   /// max_blocking_time; on the range clock it waits for slow reliable consumers, bounded likewise.
   void emit(const Result& result) override;
   void publish(const ServiceStatus& status);
-
-  /// Range clock only: around the events of a step. The end reports the observations written so far.
-  void begin_step(const RangeStep& step);
-  void end_step();
 
   /// Tells consumers that this node's engine is well. Without it (and without writes) another node takes over after
   /// the liveliness lease of the profile.

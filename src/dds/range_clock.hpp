@@ -17,6 +17,8 @@
 
 namespace downrange::dds {
 
+class OutputWriters;
+
 /// The flight cannot go on in lockstep: the text names the node, or topic, source, expected and received counts.
 class LockstepError : public std::runtime_error {
  public:
@@ -76,7 +78,9 @@ struct FollowerOptions {
 /// Follows runs, one after the other, on the thread that calls next(). Mission events are always consumed.
 class RangeClockFollower {
  public:
-  RangeClockFollower(Participant& participant, const FollowerOptions& options);
+  /// `outputs`: the node's own writers, or null; the follower reports their observations of each step to the centre.
+  /// It outlives the follower.
+  RangeClockFollower(Participant& participant, const FollowerOptions& options, OutputWriters* outputs);
   ~RangeClockFollower();
   RangeClockFollower(const RangeClockFollower&) = delete;
   RangeClockFollower& operator=(const RangeClockFollower&) = delete;
@@ -86,7 +90,7 @@ class RangeClockFollower {
   /// run whose first step was not seen are ignored: see notice().
   [[nodiscard]] std::optional<RangeStep> next(std::chrono::milliseconds wait);
 
-  /// To be called when the engine has consumed the step and its results are written.
+  /// To be called when the engine has consumed the step and its results are emitted.
   void acknowledge(const RangeStep& step);
 
   /// What the operator should know, once each: a run that was under way already and is not joined, a run that was
