@@ -1,0 +1,170 @@
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include "config/schema.hpp"
+
+namespace downrange::config {
+namespace {
+
+/// Methods that the engine knows.
+constexpr std::array known_methods{"song2015", "uncorrected"};
+/// Bit i of Trajectory::sources is the i-th radar.
+constexpr std::size_t max_radars = 64;
+
+/// Reports at the line of a key, or of the nearest table above it that the file has.
+class Checker {
+ public:
+  Checker(const toml::table& root, const Report& report) : root_(root), report_(report) {}
+
+  void require(bool holds, const std::string& path, const std::string& message) const {
+    if (!holds) report_(node_at(path), path, message);
+  }
+
+ private:
+  [[nodiscard]] const toml::node* node_at(std::string path) const {
+    while (true) {
+      if (const toml::node* node = toml::at_path(root_, path).node()) return node;
+      const std::size_t dot = path.rfind('.');
+      if (dot == std::string::npos) return nullptr;
+      path.resize(dot);
+    }
+  }
+
+  const toml::table& root_;
+  const Report& report_;
+};
+
+/// Identifiers as they were read, with the path of the first user of each.
+class Unique {
+ public:
+  explicit Unique(const Checker& check) : check_(check) {}
+
+  void add(const Name& name, const std::string& path) {
+    if (name.empty()) return;  // missing or not allowed: already reported
+    const auto [first, fresh] = first_.try_emplace(name, path);
+    check_.require(fresh, path, "found \"" + std::string(name.view()) + "\", already used by " + first->second);
+  }
+
+ private:
+  const Checker& check_;
+  std::map<Name, std::string> first_;
+};
+
+std::string entry(const char* table, std::size_t index, const char* key) {
+  return std::string(table) + '[' + std::to_string(index) + "]." + key;
+}
+
+template <class List>
+void unique_ids(Unique& unique, const List& list, const char* table) {
+  for (std::size_t i = 0; i < list.size(); ++i) unique.add(list[i].id, entry(table, i, "id"));
+}
+
+void check_identifiers(const RangeConfig& range, const Checker& check) {
+  Unique targets(check);
+  Unique sensors(check);  // radars and stations share sensor_id of downrange/observation
+  Unique antennas(check);
+  unique_ids(targets, range.targets, "target");
+  unique_ids(sensors, range.radars, "radar");
+  unique_ids(sensors, range.telemetry, "telemetry");
+  unique_ids(antennas, range.antennas, "antenna");
+  check.require(range.radars.size() <= max_radars, "radar",
+                "found " + std::to_string(range.radars.size()) + " radars, allowed: 1 to 64");
+}
+
+/// `low` < `high`, in the same unit.
+void ordered(const Checker& check, double low, double high, const std::string& high_path, const char* low_key) {
+  const double to_si = unit_of(high_path).to_si;
+  check.require(
+      low < high, high_path,
+      "found " + show_number(high / to_si) + ", allowed: more than " + low_key + " (" + show_number(low / to_si) + ")");
+}
+
+void check_instruments(const RangeConfig& range, const Checker& check) {
+  for (std::size_t i = 0; i < range.radars.size(); ++i) {
+    const RadarConfig& r = range.radars[i];
+    ordered(check, r.range_min_m, r.range_max_m, entry("radar", i, "range_max_m"), "range_min_m");
+    ordered(check, r.elevation_min_rad, r.elevation_max_rad, entry("radar", i, "elevation_max_deg"),
+            "elevation_min_deg");
+  }
+  for (std::size_t i = 0; i < range.antennas.size(); ++i) {
+    const AntennaConfig& a = range.antennas[i];
+    ordered(check, a.azimuth_min_rad, a.azimuth_max_rad, entry("antenna", i, "azimuth_max_deg"), "azimuth_min_deg");
+    ordered(check, a.elevation_min_rad, a.elevation_max_rad, entry("antenna", i, "elevation_max_deg"),
+            "elevation_min_deg");
+  }
+}
+
+std::string milliseconds_text(Duration d) { return show_number(static_cast<double>(d.ns) * 1e-6); }
+
+void check_times(const RangeConfig& range, const Checker& check) {
+  constexpr std::int64_t second = 1'000'000'000;
+  check.require(second % range.tick.ns == 0, "range.tick_ms",
+                "found " + milliseconds_text(range.tick) +
+                    ", allowed: a whole part of one second (1, 5, 10, 20, 25, 50, 100 ...)");
+  const std::string batch = "found " + milliseconds_text(range.fuse.batch) + ", allowed: ";
+  check.require(range.fuse.batch.ns % range.tick.ns == 0, "fuse.batch_ms",
+                batch + "a multiple of range.tick_ms (" + milliseconds_text(range.tick) + ")");
+  check.require(range.fuse.history >= range.fuse.batch, "fuse.history_s",
+                "found " + show_number(range.fuse.history.seconds()) + ", allowed: fuse.batch_ms (" +
+                    milliseconds_text(range.fuse.batch) + " ms) or more");
+  check.require(range.slave.coast >= range.slave.stale, "slave.coast_ms",
+                "found " + milliseconds_text(range.slave.coast) + ", allowed: slave.stale_ms (" +
+                    milliseconds_text(range.slave.stale) + ") or more");
+}
+
+void check_methods(const FuseConfig& fuse, const Checker& check) {
+  const std::vector<std::string> known(known_methods.begin(), known_methods.end());
+  check.require(!fuse.methods.empty(), "fuse.methods", "found [], allowed: one or more of " + show_texts(known));
+  std::set<Name> seen;
+  for (const Name& method : fuse.methods) {
+    const std::string name(method.view());
+    check.require(std::ranges::find(known, name) != known.end(), "fuse.methods",
+                  "found \"" + name + "\", allowed: one or more of " + show_texts(known) + suggestion(name, known));
+    check.require(seen.insert(method).second, "fuse.methods",
+                  "found \"" + name + "\" twice, allowed: each method once");
+  }
+}
+
+void check_node(const ServiceConfig& config, const Checker& check) {
+  const StageSet& s = config.node.stages;
+  check.require(
+      s.align == s.fuse && (s.fuse || !s.slave) && (s.ingest || s.fuse), "node.stages",
+      R"(allowed: align and fuse together, slave only with them, e.g. ["ingest"] or ["align", "fuse", "slave"])");
+  std::set<Name> sensors;
+  for (const RadarConfig& radar : config.range.radars) sensors.insert(radar.id);
+  for (const TelemetryConfig& station : config.range.telemetry) sensors.insert(station.id);
+  const std::vector<std::string> known = [&] {
+    std::vector<std::string> texts;
+    for (const Name& name : sensors) texts.emplace_back(name.view());
+    return texts;
+  }();
+  for (const Name& source : config.node.sources) {
+    const std::string name(source.view());
+    check.require(sensors.contains(source), "node.sources",
+                  "found \"" + name + "\", allowed: ids of [[radar]] and [[telemetry]]" + suggestion(name, known));
+  }
+  std::set<Name> nodes{config.node.id};
+  check.require(!config.archive.enabled || !config.archive.directory.empty(), "archive.directory",
+                "missing, required where archive.enabled is true");
+  for (const Name& node : config.dds.ingest_nodes) {
+    check.require(nodes.insert(node).second, "dds.ingest_nodes",
+                  "found \"" + std::string(node.view()) + "\", allowed: each node once, without this node itself");
+  }
+}
+
+}  // namespace
+
+void cross_check(const ServiceConfig& config, const toml::table& root, const Report& report) {
+  const Checker check(root, report);
+  check_identifiers(config.range, check);
+  check_instruments(config.range, check);
+  check_times(config.range, check);
+  check_methods(config.range.fuse, check);
+  check_node(config, check);
+}
+
+}  // namespace downrange::config

@@ -1,0 +1,250 @@
+#include "config/load.hpp"
+
+#include <openssl/evp.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <system_error>
+
+#include "config/schema.hpp"
+
+namespace downrange::config {
+namespace {
+
+constexpr std::uintmax_t max_file_size = 16'000'000;
+
+std::string sha256_hex(std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
+    throw std::runtime_error("SHA-256 is not available from this OpenSSL");
+  }
+  std::string hex;
+  for (unsigned int i = 0; i < size; ++i) {
+    std::array<char, 3> byte{};
+    std::snprintf(byte.data(), byte.size(), "%02x", digest[i]);
+    hex += byte.data();
+  }
+  return hex;
+}
+
+/// Collects the problems of one file and says where each is.
+class Problems {
+ public:
+  Problems(std::filesystem::path file, const Overrides& overrides) : file_(file.string()), overrides_(overrides) {}
+
+  void add_at_line(int line, const std::string& key, const std::string& message) {
+    list_.push_back({file_, line, key, message});
+  }
+  void add_option(const std::string& option, const std::string& key, const std::string& message) {
+    list_.push_back({option, 0, key, message});
+  }
+  void add(const toml::node* node, const std::string& key, const std::string& message) {
+    const auto from = std::ranges::find(overrides_, key, &Override::key);
+    if (from != overrides_.end()) return add_option(from->option, key, message);
+    add_at_line(node == nullptr ? 0 : static_cast<int>(node->source().begin.line), key, message);
+  }
+  [[nodiscard]] Report report() {
+    return
+        [this](const toml::node* node, const std::string& key, const std::string& message) { add(node, key, message); };
+  }
+
+  void throw_if_any() {
+    if (list_.empty()) return;
+    std::ranges::stable_sort(list_, {}, &Problem::line);
+    throw ConfigError(std::move(list_));
+  }
+
+ private:
+  std::string file_;
+  const Overrides& overrides_;
+  std::vector<Problem> list_;
+};
+
+std::string read_file(const std::filesystem::path& file) {
+  const auto fail = [&](const std::string& why) { throw ConfigError({{file.string(), 0, "", why}}); };
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) fail("no such file");
+  if (std::filesystem::is_directory(status)) fail("is a folder, not a file");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail(std::string("cannot be read: ") + std::strerror(errno));
+  std::string text;
+  std::array<char, 65536> block{};
+  do {
+    stream.read(block.data(), block.size());
+    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > max_file_size) fail("is larger than 16 MB: not a configuration");
+  } while (stream);
+  return text;
+}
+
+toml::table parse(std::string_view text, Problems& problems) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    problems.add_at_line(static_cast<int>(error.source().begin.line), "",
+                         "not valid TOML: " + std::string(error.description()));
+    problems.throw_if_any();
+    throw;
+  }
+}
+
+const KeyInfo* find_key(const std::string& path) {
+  for (const Section& section : schema()) {
+    for (const KeyInfo& key : section.keys) {
+      if (!section.many && path == section.name + '.' + key.name) return &key;
+    }
+  }
+  return nullptr;
+}
+
+/// The override's value as a table with the one entry `value`.
+std::optional<toml::table> parse_value(const Override& override, bool text) {
+  if (text && !override.value.starts_with('"')) return toml::table{{"value", override.value}};
+  try {
+    toml::table parsed = toml::parse("value = " + override.value);
+    if (parsed.size() == 1) return parsed;
+  } catch (const toml::parse_error&) {
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+void apply(const Override& override, toml::table& root, Problems& problems) {
+  const KeyInfo* key = find_key(override.key);
+  if (key == nullptr) {
+    std::vector<std::string> known;
+    for (const Section& section : schema()) {
+      for (const KeyInfo& info : section.keys) {
+        if (!section.many) known.push_back(section.name + '.' + info.name);
+      }
+    }
+    return problems.add_option(override.option, override.key, "unknown key" + suggestion(override.key, known));
+  }
+  const std::optional<toml::table> value = parse_value(override, key->text);
+  if (!value) {
+    return problems.add_option(override.option, override.key, "found " + override.value + ", allowed: " + key->allowed);
+  }
+  const std::size_t dot = override.key.find('.');
+  const std::string section = override.key.substr(0, dot);
+  if (!root.contains(section)) root.insert(section, toml::table{});
+  // A section that is no table is reported when the tables are read.
+  if (toml::table* table = root.get(section)->as_table()) table->insert_or_assign(key->name, *value->get("value"));
+}
+
+std::string effective_text(std::string_view text, const std::filesystem::path& file, const toml::table& root,
+                           const Overrides& overrides) {
+  if (overrides.empty()) return std::string(text);
+  std::ostringstream effective;
+  effective << "# " << file.filename().string() << " with";
+  for (const Override& override : overrides) effective << ' ' << override.key << " = " << override.value << ';';
+  effective << '\n' << root << '\n';
+  return effective.str();
+}
+
+void make_absolute(std::filesystem::path& path, const std::filesystem::path& base) {
+  if (!path.empty()) path = (base / path).lexically_normal();
+}
+
+ServiceConfig load_parts(std::string_view text, const std::filesystem::path& file, const Overrides& overrides,
+                         bool files_exist) {
+  Problems problems(file, overrides);
+  toml::table root = parse(text, problems);
+  for (const Override& override : overrides) apply(override, root, problems);
+
+  ServiceConfig config;
+  const Report report = problems.report();
+  read_tables(config, root, report);
+  cross_check(config, root, report);
+
+  const std::filesystem::path base = std::filesystem::absolute(file).parent_path();
+  make_absolute(config.dds.profiles, base);
+  make_absolute(config.archive.directory, base);
+  make_absolute(config.log.file, base);
+  std::error_code error;
+  if (files_exist && !config.dds.profiles.empty() && !std::filesystem::is_regular_file(config.dds.profiles, error)) {
+    report(toml::at_path(root, "dds.profiles").node(), "dds.profiles",
+           "found \"" + config.dds.profiles.string() + "\", no such file");
+  }
+  problems.throw_if_any();
+
+  config.text = effective_text(text, file, root, overrides);
+  config.hash = sha256_hex(config.text);
+  return config;
+}
+
+std::string what_of(const std::vector<Problem>& problems) {
+  std::string text;
+  for (const Problem& problem : problems) text += (text.empty() ? "" : "\n") + problem.to_string();
+  return text;
+}
+
+}  // namespace
+
+std::string Problem::to_string() const {
+  return where + (line > 0 ? ':' + std::to_string(line) : "") + ": " + (key.empty() ? "" : key + ": ") + message;
+}
+
+ConfigError::ConfigError(std::vector<Problem> problems)
+    : std::runtime_error(what_of(problems)), problems_(std::move(problems)) {}
+
+ServiceConfig load(const std::filesystem::path& file, const Overrides& overrides) {
+  return load_parts(read_file(file), file, overrides, true);
+}
+
+ServiceConfig load_text(std::string_view text, const std::filesystem::path& name, const Overrides& overrides) {
+  return load_parts(text, name, overrides, false);
+}
+
+std::vector<Problem> check(const std::filesystem::path& file) {
+  try {
+    static_cast<void>(load(file));
+    return {};
+  } catch (const ConfigError& error) {
+    return error.problems();
+  }
+}
+
+std::string key_reference() {
+  std::ostringstream reference;
+  for (const Section& section : schema()) {
+    reference << (section.many ? "[[" + section.name + "]]" : '[' + section.name + ']') << "  " << section.help << '\n';
+    for (std::size_t i = 0; i < section.keys.size(); ++i) {
+      const KeyInfo& key = section.keys[i];
+      reference << "  " << key.name << ": " << key.help << '\n'
+                << "      " << key.allowed << "; "
+                << (key.need == Need::Required ? "required" : "default " + section.defaults[i]) << '\n';
+    }
+    reference << '\n';
+  }
+  return reference.str();
+}
+
+std::vector<std::string> differences(const ServiceConfig& a, const ServiceConfig& b) {
+  std::vector<std::string> changed;
+  for (const Section& section : schema()) {
+    const auto old_values = section.flatten(a);
+    const auto new_values = section.flatten(b);
+    if (old_values.size() != new_values.size()) {
+      changed.push_back(section.name);
+      continue;
+    }
+    for (std::size_t i = 0; i < old_values.size(); ++i) {
+      if (old_values[i] != new_values[i]) changed.push_back(old_values[i].first);
+    }
+  }
+  return changed;
+}
+
+}  // namespace downrange::config

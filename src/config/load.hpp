@@ -1,0 +1,60 @@
+#pragma once
+/// TOML file -> validated ServiceConfig. Degrees and milliseconds end here.
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/service_config.hpp"
+
+namespace downrange::config {
+
+/// One thing that is wrong with a configuration.
+struct Problem {
+  std::string where;    ///< the file, or the command-line option
+  int line = 0;         ///< 0: no line (file not readable, command line)
+  std::string key;      ///< path of the key, e.g. radar[0].sigma_range_m; empty: the file as a whole
+  std::string message;  ///< what was found, and what is allowed
+
+  /// "naro.toml:12: radar[0].sigma_range_m: found -3, allowed ..."
+  [[nodiscard]] std::string to_string() const;
+};
+
+/// All problems of a configuration; what() lists one a line.
+class ConfigError : public std::runtime_error {
+ public:
+  explicit ConfigError(std::vector<Problem> problems);
+  [[nodiscard]] const std::vector<Problem>& problems() const { return problems_; }
+
+ private:
+  std::vector<Problem> problems_;
+};
+
+/// A key set from outside of the file, after it was read and under the same rules.
+struct Override {
+  std::string key;     ///< path, e.g. "dds.domain"; not into an array of tables
+  std::string value;   ///< TOML value; quotes around text may be left out
+  std::string option;  ///< how problems name it, e.g. "--domain"
+};
+using Overrides = std::vector<Override>;
+
+/// Reads and validates. Relative paths in the file are relative to the file's folder. Throws ConfigError with all
+/// problems.
+[[nodiscard]] ServiceConfig load(const std::filesystem::path& file, const Overrides& overrides = {});
+
+/// The same from memory, e.g. from an archive's attachment. `name` stands for the file in problems.
+[[nodiscard]] ServiceConfig load_text(std::string_view text, const std::filesystem::path& name,
+                                      const Overrides& overrides = {});
+
+/// Every problem of the file, in its order; none: it is a valid configuration.
+[[nodiscard]] std::vector<Problem> check(const std::filesystem::path& file);
+
+/// Reference of all keys with type, default, allowed values and meaning, for people.
+[[nodiscard]] std::string key_reference();
+
+/// Paths of the keys whose values differ, in the reference's order.
+[[nodiscard]] std::vector<std::string> differences(const ServiceConfig& a, const ServiceConfig& b);
+
+}  // namespace downrange::config

@@ -1,0 +1,298 @@
+#include "config/schema.hpp"
+
+#include <algorithm>
+
+#include "config/section.hpp"
+
+namespace downrange::config {
+namespace {
+
+/// Which stages run, as a list of their names.
+Key<NodeConfig> stages_key() {
+  static const std::vector<std::pair<std::string, bool StageSet::*>> names{{"ingest", &StageSet::ingest},
+                                                                           {"align", &StageSet::align},
+                                                                           {"fuse", &StageSet::fuse},
+                                                                           {"slave", &StageSet::slave}};
+  return {{"stages", R"(a list out of "ingest", "align", "fuse", "slave")", optional,
+           "stages this node runs; without ingest it takes the observations of other nodes"},
+          [](NodeConfig& node, const toml::node& value) {
+            const auto texts = read_texts(value);
+            if (!texts || texts->empty()) return false;
+            StageSet stages{false, false, false, false};
+            for (const std::string& text : *texts) {
+              const auto known = std::ranges::find(names, text, &std::pair<std::string, bool StageSet::*>::first);
+              if (known == names.end()) return false;
+              stages.*known->second = true;
+            }
+            node.stages = stages;
+            return true;
+          },
+          [](const NodeConfig& node) {
+            std::vector<std::string> texts;
+            for (const auto& [text, member] : names) {
+              if (node.stages.*member) texts.push_back(text);
+            }
+            return show_texts(texts);
+          }};
+}
+
+template <class S>
+std::vector<Key<S>> with_site(std::vector<Key<S>> first, std::vector<Key<S>> rest) {
+  first.push_back(number("latitude_deg", at(&S::site, &Geodetic::latitude_rad), {-90, 90}, required,
+                         "WGS-84 geodetic latitude, north positive"));
+  first.push_back(number("longitude_deg", at(&S::site, &Geodetic::longitude_rad), {-180, 360}, required,
+                         "WGS-84 longitude, east positive"));
+  first.push_back(number("height_m", at(&S::site, &Geodetic::height_m), {-500, 10'000}, required,
+                         "height above the WGS-84 ellipsoid (not above sea level)"));
+  first.insert(first.end(), rest.begin(), rest.end());
+  return first;
+}
+
+constexpr double huge = 1e9;
+
+Section range_section() {
+  using R = RangeConfig;
+  return single<R>(
+      "range", "The range as a whole.", [](ServiceConfig& c) -> R& { return c.range; },
+      {
+          id("name", at(&R::name), required, "name of the range, also of its archives"),
+          span("tick_ms", at(&R::tick), {1, 1000}, optional, "slaving interval on the UTC grid; divides one second"),
+          integer("leap_seconds", at(&R::leap_seconds), {0, 100}, optional, "GPS time minus UTC, s"),
+      });
+}
+
+Section target_section() {
+  using T = TargetConfig;
+  return many<T>("target", 1, "A vehicle to be tracked.",
+                 [](ServiceConfig& c) -> std::vector<T>& { return c.range.targets; },
+                 {
+                     id("id", at(&T::id), required, "target_id on the topics"),
+                 });
+}
+
+Section radar_section() {
+  using R = RadarConfig;
+  return many<R>(
+      "radar", 1, "A tracking radar.", [](ServiceConfig& c) -> std::vector<R>& { return c.range.radars; },
+      with_site<R>(
+          {id("id", at(&R::id), required, "sensor_id on the topics")},
+          {
+              number("sigma_range_m", at(&R::sigma, &PolarSigma::range_m), {1e-3, 1e5}, required,
+                     "instrument noise in range, 1-sigma"),
+              number("sigma_azimuth_deg", at(&R::sigma, &PolarSigma::azimuth_rad), {1e-6, 20}, required,
+                     "instrument noise in azimuth, 1-sigma"),
+              number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, required,
+                     "instrument noise in elevation, 1-sigma"),
+              number("angle_inflation", at(&R::angle_inflation), {1, 1000}, optional,
+                     "factor on the angle variances, for slow pointing errors"),
+              number("rate_hz", at(&R::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),
+              number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
+              number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
+              number("elevation_min_deg", at(&R::elevation_min_rad), {-90, 90}, optional,
+                     "plots lower than this are rejected"),
+              number("elevation_max_deg", at(&R::elevation_max_rad), {-90, 90}, optional,
+                     "plots higher than this are rejected"),
+          }));
+}
+
+Section telemetry_section() {
+  using T = TelemetryConfig;
+  return many<T>(
+      "telemetry", 0, "A telemetry ground station that relays the vehicle's GPS fixes.",
+      [](ServiceConfig& c) -> std::vector<T>& { return c.range.telemetry; },
+      with_site<T>({id("id", at(&T::id), required, "station_id on the topics")}, {}));
+}
+
+Section antenna_section() {
+  using A = AntennaConfig;
+  return many<A>(
+      "antenna", 0, "An antenna or optical tracker to be pointed.",
+      [](ServiceConfig& c) -> std::vector<A>& { return c.range.antennas; },
+      with_site<A>({id("id", at(&A::id), required, "antenna_id on the topics")},
+                   {
+                       number("azimuth_min_deg", at(&A::azimuth_min_rad), {-1080, 1080}, optional,
+                              "lower end of the azimuth travel, cable wrap included"),
+                       number("azimuth_max_deg", at(&A::azimuth_max_rad), {-1080, 1080}, optional,
+                              "upper end of the azimuth travel"),
+                       number("elevation_min_deg", at(&A::elevation_min_rad), {-90, 180}, optional,
+                              "lower end of the elevation travel"),
+                       number("elevation_max_deg", at(&A::elevation_max_rad), {-90, 180}, optional,
+                              "upper end of the elevation travel"),
+                       number("azimuth_rate_max_deg_s", at(&A::azimuth_rate_max_rad_s), {1e-3, 360}, optional,
+                              "fastest the azimuth axis turns"),
+                       number("elevation_rate_max_deg_s", at(&A::elevation_rate_max_rad_s), {1e-3, 360}, optional,
+                              "fastest the elevation axis turns"),
+                       span("link_delay_ms", at(&A::link_delay), {0, 10'000}, required,
+                            "from the node to the antenna's control unit"),
+                       span("lead_ms", at(&A::lead), {0, 10'000}, required, "lag of the servo, to be led"),
+                   }));
+}
+
+Section gps_section() {
+  using G = GpsConfig;
+  return single<G>("gps", "The vehicle's receiver; accuracies that a message states override these.",
+                   [](ServiceConfig& c) -> G& { return c.range.gps; },
+                   {
+                       number("sigma_horizontal_m", at(&G::sigma_horizontal_m), {1e-3, 1e5}, optional,
+                              "horizontal position noise, 1-sigma per axis"),
+                       number("sigma_vertical_m", at(&G::sigma_vertical_m), {1e-3, 1e5}, optional,
+                              "vertical position noise, 1-sigma"),
+                       number("sigma_velocity_m_s", at(&G::sigma_velocity_m_s), {1e-4, 1e4}, optional,
+                              "velocity noise, 1-sigma per axis"),
+                       flag("use_velocity", at(&G::use_velocity), optional, "use the velocity of fixes that have one"),
+                       integer("min_satellites", at(&G::min_satellites), {0, 64}, optional,
+                               "fixes that state fewer satellites are rejected"),
+                   });
+}
+
+Section ingest_section() {
+  using I = IngestConfig;
+  return single<I>("ingest", "Which input is let in.", [](ServiceConfig& c) -> I& { return c.range.ingest; },
+                   {
+                       span("max_future_ms", at(&I::max_future), {0, 60'000}, optional,
+                            "an epoch later than its reception by more than this is rejected"),
+                       flag("expect_simulated", at(&I::expect_simulated), optional,
+                            "the 'simulated' flag that every input must carry: false in operations"),
+                   });
+}
+
+Section align_section() {
+  using A = AlignConfig;
+  return single<A>(
+      "align", "Estimation of the radars' biases.", [](ServiceConfig& c) -> A& { return c.range.align; },
+      {
+          number("offset_prior_m", at(&A::offset_prior_m), {0, 1e5}, optional,
+                 "what an offset may be before any data, 1-sigma per axis"),
+          number("scale_prior", at(&A::scale_prior), {0, 1}, optional,
+                 "what a scale error may be before any data, 1-sigma per axis"),
+          integer("window", at(&A::window), {0, 10'000}, optional,
+                  "samples of the paper's windowed process noise; 0: none, drift only"),
+          number("offset_drift_m_sqrt_s", at(&A::offset_drift_m_sqrt_s), {0, 1e4}, optional,
+                 "random walk of the offsets"),
+          number("scale_drift_sqrt_s", at(&A::scale_drift_sqrt_s), {0, 1}, optional, "random walk of the scales"),
+          number("gps_q_m2_s3", at(&A::gps_q_m2_s3), {1e-6, 1e9}, optional,
+                 "white acceleration density of the GPS track"),
+          span("gps_max_age_ms", at(&A::gps_max_age), {1, 600'000}, optional,
+               "with GPS older than this, biases are kept, not updated"),
+      });
+}
+
+Section fuse_section() {
+  using F = FuseConfig;
+  return single<F>(
+      "fuse", "The trajectory.", [](ServiceConfig& c) -> F& { return c.range.fuse; },
+      {
+          ids("methods", at(&F::methods), optional, "methods that run side by side; slaving follows the first"),
+          span("history_s", at(&F::history), {0, 600}, optional, "how late a measurement may come"),
+          span("batch_ms", at(&F::batch), {1, 10'000}, optional,
+               "fusion interval of song2015 on the UTC grid; a multiple of range.tick_ms"),
+          number("q_m2_s3", at(&F::q_m2_s3), {1e-6, 1e9}, optional, "white acceleration density of the fused track"),
+          number("gate_probability", at(&F::gate_probability), {0.5, 0.999999999}, optional,
+                 "share of good measurements that pass the gate"),
+          integer("reopen_after", at(&F::reopen_after), {1, 1'000'000}, optional,
+                  "rejections in a row after which a source's bias is opened again"),
+          number("initial_sigma_velocity_m_s", at(&F::initial_sigma_velocity_m_s), {0.1, 1e5}, optional,
+                 "velocity 1-sigma per axis of a track's first estimate"),
+          flag("publish_on_data", at(&F::publish_on_data), optional,
+               "true: a trajectory with each measurement; false: on the tick"),
+      });
+}
+
+Section slave_section() {
+  using S = SlaveConfig;
+  return single<S>(
+      "slave", "Pointing of the antennas.", [](ServiceConfig& c) -> S& { return c.range.slave; },
+      {
+          span("stale_ms", at(&S::stale), {1, 600'000}, optional,
+               "with the newest measurement older than this, a track is coasting"),
+          span("coast_ms", at(&S::coast), {1, 600'000}, optional, "coasting longer than this ends the commands"),
+          number("coast_sigma_max_m", at(&S::coast_sigma_max_m), {1, 1e7}, optional,
+                 "position 1-sigma above which coasting ends as well"),
+          span("validity_ms", at(&S::validity), {1, 60'000}, optional, "how long a command holds after its instant"),
+      });
+}
+
+Section clock_section() {
+  using C = ClockConfig;
+  return single<C>(
+      "clock", "Where time comes from.", [](ServiceConfig& c) -> C& { return c.clock; },
+      {
+          choice<C, ClockMode>("mode", at(&C::mode), {{"wall", ClockMode::Wall}, {"range", ClockMode::Range}}, optional,
+                               "wall: this node's UTC clock; range: topic range/clock (simulation, replay over DDS)"),
+          span("step_timeout_ms", at(&C::step_timeout), {10, 600'000}, optional,
+               "range clock: a step whose samples are not all there by then stops the flight"),
+      });
+}
+
+Section node_section() {
+  using N = NodeConfig;
+  return single<N>(
+      "node", "This process among others.", [](ServiceConfig& c) -> N& { return c.node; },
+      {
+          id("id", at(&N::id), optional, "node_id on the topics; each process of a range has its own"),
+          integer("strength", at(&N::strength), {0, 1'000'000}, optional,
+                  "ownership strength of the outputs: consumers hear the strongest node alive"),
+          stages_key(),
+          ids("sources", at(&N::sources), optional, "radars and stations that ingest takes here; empty: all"),
+          integer("queue", at(&N::queue), {16, 1'000'000}, optional, "inputs that may wait for the engine"),
+      });
+}
+
+Section dds_section() {
+  using D = DdsConfig;
+  return single<D>("dds", "The data bus.", [](ServiceConfig& c) -> D& { return c.dds; },
+                   {
+                       integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
+                       path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
+                       ids("ingest_nodes", at(&D::ingest_nodes), optional,
+                           "nodes whose observations a node without ingest waits for on the range clock"),
+                   });
+}
+
+Section archive_section() {
+  using A = ArchiveConfig;
+  return single<A>(
+      "archive", "The flight recorder.", [](ServiceConfig& c) -> A& { return c.archive; },
+      {
+          flag("enabled", at(&A::enabled), optional, "record every flight"),
+          path("directory", at(&A::directory), optional, "folder of the archives, relative to this file"),
+          choice<A, Compression>("compression", at(&A::compression),
+                                 {{"none", Compression::None}, {"lz4", Compression::Lz4}, {"zstd", Compression::Zstd}},
+                                 optional, "compression of the archive's chunks"),
+          flag("outputs", at(&A::outputs), optional, "record results too, not just what the engine consumed"),
+      });
+}
+
+Section log_section() {
+  using L = LogConfig;
+  return single<L>("log", "Messages for people.", [](ServiceConfig& c) -> L& { return c.log; },
+                   {
+                       choice<L, LogLevel>("level", at(&L::level),
+                                           {{"trace", LogLevel::Trace},
+                                            {"debug", LogLevel::Debug},
+                                            {"info", LogLevel::Info},
+                                            {"warning", LogLevel::Warning},
+                                            {"error", LogLevel::Error}},
+                                           optional, "least severe messages shown"),
+                       choice<L, Console>(
+                           "console", at(&L::console),
+                           {{"auto", Console::Auto},
+                            {"plain", Console::Plain},
+                            {"journal", Console::Journal},
+                            {"off", Console::Off}},
+                           optional, "standard error: auto is coloured on a terminal, journal adds syslog priorities"),
+                       path("file", at(&L::file), optional, "log file besides, relative to this file; \"\": none"),
+                   });
+}
+
+}  // namespace
+
+const std::vector<Section>& schema() {
+  static const std::vector<Section> sections{
+      range_section(), target_section(), radar_section(), telemetry_section(), antenna_section(),
+      gps_section(),   ingest_section(), align_section(), fuse_section(),      slave_section(),
+      clock_section(), node_section(),   dds_section(),   archive_section(),   log_section()};
+  return sections;
+}
+
+}  // namespace downrange::config

@@ -1,0 +1,64 @@
+#pragma once
+/// Everything a node is told at its start: the range it serves and how it runs there. Filled by config::load.
+
+#include <cstdint>
+#include <downrange/geo/name.hpp>
+#include <downrange/geo/time.hpp>
+#include <downrange/stage/engine.hpp>
+#include <downrange/stage/range_config.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace downrange::config {
+
+enum class ClockMode : std::uint8_t { Wall, Range };
+enum class Compression : std::uint8_t { None, Lz4, Zstd };
+enum class LogLevel : std::uint8_t { Trace, Debug, Info, Warning, Error };
+enum class Console : std::uint8_t { Auto, Plain, Journal, Off };
+
+struct ClockConfig {
+  ClockMode mode = ClockMode::Wall;
+  Duration step_timeout = milliseconds(10'000);  ///< range clock: a step's samples must be there by then (wall time)
+};
+
+struct NodeConfig {
+  Name id = "downranged";
+  int strength = 10;  ///< ownership strength of the output topics; the highest one alive is heard
+  StageSet stages;
+  std::vector<Name> sources;  ///< ingest takes these only; empty: all
+  int queue = 4096;           ///< events waiting for the engine
+};
+
+struct DdsConfig {
+  int domain = 0;
+  std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute
+  std::vector<Name> ingest_nodes;  ///< nodes whose observations a centre without ingest waits for
+};
+
+struct ArchiveConfig {
+  bool enabled = false;
+  std::filesystem::path directory;  ///< absolute
+  Compression compression = Compression::Zstd;
+  bool outputs = true;  ///< results as well as what the engine consumed
+};
+
+struct LogConfig {
+  LogLevel level = LogLevel::Info;
+  Console console = Console::Auto;  ///< auto: colour on a terminal, priorities under journald
+  std::filesystem::path file;       ///< absolute; empty: none
+};
+
+struct ServiceConfig {
+  RangeConfig range;
+  ClockConfig clock;
+  NodeConfig node;
+  DdsConfig dds;
+  ArchiveConfig archive;
+  LogConfig log;
+
+  std::string text;  ///< the configuration in force, as TOML that loads again: what an archive attaches
+  std::string hash;  ///< SHA-256 of `text`, 64 hexadecimal digits
+};
+
+}  // namespace downrange::config
