@@ -42,6 +42,7 @@ struct GpsConfig {
 struct AntennaConfig {
   Name id;
   Site site;
+  Name target;                                       ///< what it follows; empty: the first target
   double azimuth_min_rad = -1.5 * std::numbers::pi;  ///< travel, cable wrap included
   double azimuth_max_rad = 1.5 * std::numbers::pi;
   double elevation_min_rad = 0;

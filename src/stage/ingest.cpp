@@ -1,0 +1,125 @@
+#include "ingest.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace downrange {
+namespace {
+
+constexpr Duration same_epoch = milliseconds(1);
+/// A vehicle is between the Dead Sea's depth below the ellipsoid and geosynchronous altitude, slower than 20 km/s.
+constexpr double radius_min_m = 6.35e6;
+constexpr double radius_max_m = 5e7;
+constexpr double speed_max_m_s = 2e4;
+/// No receiver is better than this, whatever it states.
+constexpr double sigma_floor_m = 0.1;
+constexpr double sigma_floor_m_s = 0.01;
+
+bool finite(const Polar& q) {
+  return std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad);
+}
+
+double stated_or(double stated, double configured, double floor) {
+  return stated > 0 ? std::max(stated, floor) : configured;
+}
+
+}  // namespace
+
+Ingest::Ingest(const RangeConfig& config) : config_(config) {}
+
+Observation Ingest::judge(const RadarTspi& tspi) {
+  Observation o;
+  o.kind = ObservationKind::Radar;
+  o.sensor = tspi.sensor;
+  o.target = tspi.target;
+  o.sequence = tspi.sequence;
+  o.epoch = tspi.epoch;
+  o.received = tspi.received;
+  o.measured = tspi.measured;
+  o.measured.azimuth_rad = wrap_two_pi(o.measured.azimuth_rad);
+
+  const auto radar = std::find_if(config_.radars.begin(), config_.radars.end(),
+                                  [&](const RadarConfig& r) { return r.id == tspi.sensor; });
+  const auto reason = [&] {
+    if (radar == config_.radars.end() || !known_target(tspi.target)) return Reason::UnknownSource;
+    if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
+    if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
+    if (!finite(tspi.measured)) return Reason::NotFinite;
+    const bool in_range = tspi.measured.range_m >= radar->range_min_m && tspi.measured.range_m <= radar->range_max_m;
+    const bool in_elevation = tspi.measured.elevation_rad >= radar->elevation_min_rad &&
+                              tspi.measured.elevation_rad <= radar->elevation_max_rad;
+    if (!in_range || !in_elevation) return Reason::OutOfLimits;
+    return judge_time(o, stream_of(ObservationKind::Radar, tspi.sensor, tspi.target));
+  };
+  o.verdict = reason();
+  return o;
+}
+
+Observation Ingest::judge(const GpsFix& fix) {
+  Observation o;
+  o.kind = ObservationKind::Gps;
+  o.sensor = fix.station;
+  o.target = fix.target;
+  o.receiver = fix.receiver;
+  o.sequence = fix.sequence;
+  o.epoch = fix.epoch;
+  o.received = fix.received;
+  o.position = fix.position;
+  o.velocity = fix.velocity;
+  o.velocity_valid = fix.velocity_valid;
+  o.sigma_horizontal_m = stated_or(fix.sigma_horizontal_m, config_.gps.sigma_horizontal_m, sigma_floor_m);
+  o.sigma_vertical_m = stated_or(fix.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m);
+  o.sigma_velocity_m_s = stated_or(fix.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s);
+
+  const bool known_station = std::any_of(config_.telemetry.begin(), config_.telemetry.end(),
+                                         [&](const TelemetryConfig& t) { return t.id == fix.station; });
+  const auto reason = [&] {
+    if (!known_station || !known_target(fix.target)) return Reason::UnknownSource;
+    if (fix.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
+    const bool three_dimensional = fix.fix == FixType::ThreeDimensional || fix.fix == FixType::Differential;
+    if (!three_dimensional || (fix.satellites > 0 && fix.satellites < config_.gps.min_satellites))
+      return Reason::NotTracking;
+    const bool finite_velocity = !fix.velocity_valid || fix.velocity.m_s.allFinite();
+    const bool finite_sigma = std::isfinite(fix.sigma_horizontal_m) && std::isfinite(fix.sigma_vertical_m) &&
+                              std::isfinite(fix.sigma_velocity_m_s);
+    if (!fix.position.m.allFinite() || !finite_velocity || !finite_sigma) return Reason::NotFinite;
+    const double radius = fix.position.m.norm();
+    const bool plausible_place = radius >= radius_min_m && radius <= radius_max_m;
+    const bool plausible_speed = !fix.velocity_valid || fix.velocity.m_s.norm() <= speed_max_m_s;
+    if (!plausible_place || !plausible_speed) return Reason::OutOfLimits;
+    return judge_time(o, stream_of(ObservationKind::Gps, fix.receiver, fix.target));
+  };
+  o.verdict = reason();
+  return o;
+}
+
+bool Ingest::known_target(const Name& target) const {
+  return std::any_of(config_.targets.begin(), config_.targets.end(),
+                     [&](const TargetConfig& t) { return t.id == target; });
+}
+
+Ingest::Stream& Ingest::stream_of(ObservationKind kind, const Name& source, const Name& target) {
+  for (Stream& s : streams_) {
+    if (s.kind == kind && s.source == source && s.target == target) return s;
+  }
+  streams_.push_back({.source = source, .target = target, .kind = kind, .recent = {}});
+  return streams_.back();
+}
+
+Reason Ingest::judge_time(const Observation& o, Stream& stream) const {
+  const Time horizon = o.received - config_.fuse.history;
+  if (o.epoch < horizon) return Reason::TooLate;
+  if (o.epoch > o.received + config_.ingest.max_future) return Reason::FromFuture;
+
+  std::erase_if(stream.recent, [&](const Stream::Entry& e) { return e.epoch < horizon - same_epoch; });
+  for (const Stream::Entry& e : stream.recent) {
+    const Duration apart = o.epoch - e.epoch;
+    if (apart <= same_epoch && -apart <= same_epoch) return Reason::Duplicate;
+    const bool sent_after = e.sender == o.sensor && o.sequence > e.sequence;
+    if (sent_after && o.epoch < e.epoch) return Reason::ClockStep;
+  }
+  stream.recent.push_back({.epoch = o.epoch, .sequence = o.sequence, .sender = o.sensor});
+  return Reason::Accepted;
+}
+
+}  // namespace downrange

@@ -1,0 +1,42 @@
+#pragma once
+/// Stage 1: accept or reject with a reason.
+
+#include <downrange/stage/event.hpp>
+#include <downrange/stage/range_config.hpp>
+#include <vector>
+
+namespace downrange {
+
+/// Judges every measurement that reaches the node. What it accepts is finite, inside the instrument's limits, inside
+/// the history and new; everything else leaves with the first reason that applies.
+class Ingest {
+ public:
+  explicit Ingest(const RangeConfig& config);
+
+  [[nodiscard]] Observation judge(const RadarTspi& tspi);
+  [[nodiscard]] Observation judge(const GpsFix& fix);
+
+ private:
+  /// What one sender (radar or station) and receiver said of one target within the history.
+  struct Stream {
+    struct Entry {
+      Time epoch;
+      std::uint64_t sequence;
+      Name sender;
+    };
+    Name source;  ///< radar; for GPS the on-board receiver: a double has the same receiver, whatever station relayed it
+    Name target;
+    ObservationKind kind;
+    std::vector<Entry> recent;
+  };
+
+  [[nodiscard]] bool known_target(const Name& target) const;
+  [[nodiscard]] Stream& stream_of(ObservationKind kind, const Name& source, const Name& target);
+  /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
+  [[nodiscard]] Reason judge_time(const Observation& o, Stream& stream) const;
+
+  RangeConfig config_;
+  std::vector<Stream> streams_;
+};
+
+}  // namespace downrange

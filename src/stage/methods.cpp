@@ -1,0 +1,133 @@
+#include "methods.hpp"
+
+#include <cmath>
+#include <downrange/geo/polar.hpp>
+
+#include "indices.hpp"
+
+namespace downrange {
+namespace {
+
+MethodSettings settings_of(const RangeConfig& config) {
+  MethodSettings s;
+  for (const RadarConfig& radar : config.radars) {
+    const double angle = std::sqrt(radar.angle_inflation);
+    s.radars.push_back({.site = radar.site,
+                        .sigma = {.range_m = radar.sigma.range_m,
+                                  .azimuth_rad = radar.sigma.azimuth_rad * angle,
+                                  .elevation_rad = radar.sigma.elevation_rad * angle}});
+  }
+  s.stations = static_cast<int>(config.telemetry.size());
+  s.targets = static_cast<int>(config.targets.size());
+  s.history = config.fuse.history;
+  s.gate_probability = config.fuse.gate_probability;
+  s.reopen_after = config.fuse.reopen_after;
+  s.batch = config.fuse.batch;
+  s.q_m2_s3 = config.fuse.q_m2_s3;
+  s.initial_sigma_velocity_m_s = config.fuse.initial_sigma_velocity_m_s;
+  s.bias_offset_prior_m = config.align.offset_prior_m;
+  s.bias_scale_prior = config.align.scale_prior;
+  s.bias_window = config.align.window;
+  s.bias_offset_drift_m_sqrt_s = config.align.offset_drift_m_sqrt_s;
+  s.bias_scale_drift_sqrt_s = config.align.scale_drift_sqrt_s;
+  s.gps_q_m2_s3 = config.align.gps_q_m2_s3;
+  s.gps_use_velocity = config.gps.use_velocity;
+  s.gps_max_age = config.align.gps_max_age;
+  return s;
+}
+
+}  // namespace
+
+Methods::Methods(const RangeConfig& config) : config_(config) {
+  const MethodSettings settings = settings_of(config);
+  for (const Name& name : config.fuse.methods)
+    runners_.push_back({.name = name, .method = make_method(name.view(), settings)});
+}
+
+void Methods::process(const Observation& o) {
+  Measurement m;
+  m.epoch = o.epoch;
+  m.kind = o.kind == ObservationKind::Radar ? Measurement::Kind::Radar : Measurement::Kind::Gps;
+  m.source =
+      o.kind == ObservationKind::Radar ? index_of(config_.radars, o.sensor) : index_of(config_.telemetry, o.sensor);
+  m.target = index_of(config_.targets, o.target);
+  m.sequence = o.sequence;
+  m.plot = o.measured;
+  m.position = o.position;
+  m.velocity = o.velocity;
+  m.velocity_valid = o.velocity_valid;
+  m.sigma_horizontal_m = o.sigma_horizontal_m;
+  m.sigma_vertical_m = o.sigma_vertical_m;
+  m.sigma_velocity_m_s = o.sigma_velocity_m_s;
+  for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
+}
+
+void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
+  if (o.kind != ObservationKind::Radar) return;
+  for (const Runner& runner : runners_) {
+    if (!runner.accepted) continue;
+    const BiasEstimate estimate = runner.method->bias(index_of(config_.radars, o.sensor));
+    if (estimate.terms == 0) continue;
+    SensorBias bias;
+    bias.sensor = o.sensor;
+    bias.method = runner.name;
+    bias.epoch = estimate.epoch;
+    bias.received = o.received;
+    bias.reference = estimate.reference;
+    bias.samples = estimate.samples;
+    bias.terms = estimate.terms;
+    bias.term = estimate.term;
+    bias.state = estimate.state;
+    for (int i = 0; i < estimate.terms; ++i) bias.value[static_cast<std::size_t>(i)] = estimate.value[i];
+    pack_upper_triangle(estimate.cov, estimate.terms, bias.covariance);
+    sink.emit(bias);
+  }
+}
+
+void Methods::emit_trajectories(const Observation& o, ResultSink& sink) const {
+  for (const Runner& runner : runners_) {
+    if (!runner.accepted) continue;
+    if (const auto estimate = runner.method->fused(index_of(config_.targets, o.target)))
+      emit_trajectory(runner, *estimate, o.target, o.received, TrackQuality::Good, sink);
+  }
+}
+
+void Methods::emit_trajectories_at(Time tick, ResultSink& sink) const {
+  for (std::size_t target = 0; target < config_.targets.size(); ++target) {
+    for (const Runner& runner : runners_) {
+      const auto estimate = runner.method->fused(static_cast<int>(target), tick);
+      if (!estimate || tick - estimate->data_epoch > config_.slave.coast) continue;
+      const bool fresh = tick - estimate->data_epoch <= config_.slave.stale;
+      emit_trajectory(runner, *estimate, config_.targets[target].id, tick,
+                      fresh ? TrackQuality::Good : TrackQuality::Coasting, sink);
+    }
+  }
+}
+
+void Methods::emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
+                              TrackQuality quality, ResultSink& sink) const {
+  const auto state = estimate.mean.head(estimate.size);
+  if (!state.allFinite()) return;
+  Trajectory t;
+  t.target = target;
+  t.method = runner.name;
+  t.primary = &runner == &runners_.front();
+  t.epoch = estimate.epoch;
+  t.received = received;
+  t.quality = quality;
+  t.state_size = estimate.size;
+  for (int i = 0; i < estimate.size; ++i) t.state[static_cast<std::size_t>(i)] = estimate.mean[i];
+  pack_upper_triangle(estimate.cov, estimate.size, t.covariance);
+  t.geodetic = geodetic_from_ecef({estimate.mean.head<3>()});
+  const Velocity<Enu> v = enu_from_ecef_at(t.geodetic) * Velocity<Ecef>{estimate.mean.segment<3>(3)};
+  const double horizontal = std::hypot(v.m_s.x(), v.m_s.y());
+  t.speed_m_s = v.m_s.norm();
+  t.flight_path_rad = std::atan2(v.m_s.z(), horizontal);
+  t.heading_rad = wrap_two_pi(std::atan2(v.m_s.x(), v.m_s.y()));
+  t.sources = estimate.sources;
+  t.nis = estimate.nis;
+  t.nis_dof = estimate.nis_dof;
+  sink.emit(t);
+}
+
+}  // namespace downrange

@@ -1,0 +1,44 @@
+#pragma once
+/// Stages 2 and 3, ALIGN and FUSE: the configured methods side by side, fed with accepted observations.
+
+#include <downrange/est/method.hpp>
+#include <downrange/stage/event.hpp>
+#include <downrange/stage/range_config.hpp>
+#include <downrange/stage/result.hpp>
+#include <memory>
+#include <vector>
+
+namespace downrange {
+
+class Methods {
+ public:
+  explicit Methods(const RangeConfig& config);
+
+  /// Brings one accepted observation into every method. `true` per method where it was accepted.
+  void process(const Observation& o);
+
+  /// ALIGN's results: the bias of the observation's radar, for each method that took the observation.
+  void emit_biases(const Observation& o, ResultSink& sink) const;
+  /// FUSE's results: the trajectory of the observation's target, for each method that took the observation.
+  void emit_trajectories(const Observation& o, ResultSink& sink) const;
+  /// FUSE's results on the tick: every target and method, predicted to `tick`.
+  void emit_trajectories_at(Time tick, ResultSink& sink) const;
+
+  /// The method that slaving and health follow.
+  [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
+
+ private:
+  struct Runner {
+    Name name;
+    std::unique_ptr<Method> method;
+    bool accepted = false;  ///< the last observation
+  };
+
+  void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
+                       TrackQuality quality, ResultSink& sink) const;
+
+  RangeConfig config_;
+  std::vector<Runner> runners_;
+};
+
+}  // namespace downrange
