@@ -1,7 +1,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <array>
+#include <downrange/est/method.hpp>
 #include <map>
 #include <set>
 
@@ -10,8 +10,6 @@
 namespace downrange::config {
 namespace {
 
-/// Methods that the engine knows.
-constexpr std::array known_methods{"song2015", "uncorrected"};
 /// Bit i of Trajectory::sources is the i-th radar.
 constexpr std::size_t max_radars = 64;
 
@@ -117,7 +115,7 @@ void check_times(const RangeConfig& range, const Checker& check) {
 }
 
 void check_methods(const FuseConfig& fuse, const Checker& check) {
-  const std::vector<std::string> known(known_methods.begin(), known_methods.end());
+  const std::vector<std::string> known(method_names().begin(), method_names().end());
   check.require(!fuse.methods.empty(), "fuse.methods", "found [], allowed: one or more of " + show_texts(known));
   std::set<Name> seen;
   for (const Name& method : fuse.methods) {
@@ -147,11 +145,15 @@ void check_node(const ServiceConfig& config, const Checker& check) {
     check.require(sensors.contains(source), "node.sources",
                   "found \"" + name + "\", allowed: ids of [[radar]] and [[telemetry]]" + suggestion(name, known));
   }
-  std::set<Name> nodes{config.node.id};
   check.require(!config.archive.enabled || !config.archive.directory.empty(), "archive.directory",
                 "missing, required where archive.enabled is true");
+  // Where ingest runs, the list is for the nodes without it that share the file.
+  const bool listens = !s.ingest;
+  check.require(!listens || !config.dds.ingest_nodes.empty(), "dds.ingest_nodes",
+                "found [], allowed: one node or more where node.stages is without \"ingest\"");
+  std::set<Name> nodes;
   for (const Name& node : config.dds.ingest_nodes) {
-    check.require(nodes.insert(node).second, "dds.ingest_nodes",
+    check.require(nodes.insert(node).second && !(listens && node == config.node.id), "dds.ingest_nodes",
                   "found \"" + std::string(node.view()) + "\", allowed: each node once, without this node itself");
   }
 }

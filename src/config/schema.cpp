@@ -1,6 +1,7 @@
 #include "config/schema.hpp"
 
 #include <algorithm>
+#include <downrange/est/method.hpp>
 
 #include "config/section.hpp"
 
@@ -34,6 +35,11 @@ Key<NodeConfig> stages_key() {
             }
             return show_texts(texts);
           }};
+}
+
+std::string methods_help() {
+  return "methods that run side by side, slaving follows the first; known: " +
+         show_texts({method_names().begin(), method_names().end()});
 }
 
 template <class S>
@@ -182,7 +188,7 @@ Section fuse_section() {
   return single<F>(
       "fuse", "The trajectory.", [](ServiceConfig& c) -> F& { return c.range.fuse; },
       {
-          ids("methods", at(&F::methods), optional, "methods that run side by side; slaving follows the first"),
+          ids("methods", at(&F::methods), optional, methods_help()),
           span("history_s", at(&F::history), {0, 600}, optional, "how late a measurement may come"),
           span("batch_ms", at(&F::batch), {1, 10'000}, optional,
                "fusion interval of song2015 on the UTC grid; a multiple of range.tick_ms"),
@@ -234,19 +240,20 @@ Section node_section() {
                   "ownership strength of the outputs: consumers hear the strongest node alive"),
           stages_key(),
           ids("sources", at(&N::sources), optional, "radars and stations that ingest takes here; empty: all"),
-          integer("queue", at(&N::queue), {16, 1'000'000}, optional, "inputs that may wait for the engine"),
+          integer("queue", at(&N::queue), {16, 100'000}, optional,
+                  "inputs of one source that may wait; more push out its oldest"),
       });
 }
 
 Section dds_section() {
   using D = DdsConfig;
-  return single<D>("dds", "The data bus.", [](ServiceConfig& c) -> D& { return c.dds; },
-                   {
-                       integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
-                       path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
-                       ids("ingest_nodes", at(&D::ingest_nodes), optional,
-                           "nodes whose observations a node without ingest waits for on the range clock"),
-                   });
+  return single<D>(
+      "dds", "The data bus.", [](ServiceConfig& c) -> D& { return c.dds; },
+      {
+          integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
+          path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
+          ids("ingest_nodes", at(&D::ingest_nodes), optional, "nodes whose observations a node without ingest takes"),
+      });
 }
 
 Section archive_section() {
@@ -255,7 +262,8 @@ Section archive_section() {
       "archive", "The flight recorder.", [](ServiceConfig& c) -> A& { return c.archive; },
       {
           flag("enabled", at(&A::enabled), optional, "record every flight"),
-          path("directory", at(&A::directory), optional, "folder of the archives, relative to this file"),
+          path("directory", at(&A::directory), optional,
+               "folder of the archives, or one file *.mcap, relative to this file"),
           choice<A, Compression>("compression", at(&A::compression),
                                  {{"none", Compression::None}, {"lz4", Compression::Lz4}, {"zstd", Compression::Zstd}},
                                  optional, "compression of the archive's chunks"),

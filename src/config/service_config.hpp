@@ -27,18 +27,18 @@ struct NodeConfig {
   int strength = 10;  ///< ownership strength of the output topics; the highest one alive is heard
   StageSet stages;
   std::vector<Name> sources;  ///< ingest takes these only; empty: all
-  int queue = 4096;           ///< events waiting for the engine
+  int queue = 1024;           ///< inputs of one source waiting for the engine
 };
 
 struct DdsConfig {
   int domain = 0;
   std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute
-  std::vector<Name> ingest_nodes;  ///< nodes whose observations a centre without ingest waits for
+  std::vector<Name> ingest_nodes;  ///< nodes whose observations a node without ingest takes
 };
 
 struct ArchiveConfig {
   bool enabled = false;
-  std::filesystem::path directory;  ///< absolute
+  std::filesystem::path directory;  ///< absolute; or a file that ends in .mcap
   Compression compression = Compression::Zstd;
   bool outputs = true;  ///< results as well as what the engine consumed
 };

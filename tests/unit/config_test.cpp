@@ -135,6 +135,7 @@ TEST(Override, ReplacesTheFilesValueAndLoadsAgain) {
                             {"dds.domain", "7", "--domain"},
                             {"node.id", "42", "--node"},
                             {"node.stages", R"(["align", "fuse", "slave"])", "--stages"},
+                            {"dds.ingest_nodes", R"(["site-a"])", "--set"},
                             {"log.level", "\"debug\"", "--log-level"},
                             {"ingest.expect_simulated", "true", "--set"}};
   const ServiceConfig config = load(naro, overrides);
