@@ -1,0 +1,126 @@
+#include "sim/launch_trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <downrange/geo/earth.hpp>
+#include <iterator>
+#include <numbers>
+#include <stdexcept>
+
+namespace downrange::sim {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+
+/// The burn at t; null while coasting.
+const Burn* burn_at(const LaunchProfile& profile, double t_s) {
+  for (const Burn& burn : profile.burns)
+    if (burn.from_s <= t_s && t_s < burn.to_s) return &burn;
+  return nullptr;
+}
+
+double pitch_at(const LaunchProfile& profile, double t_s) {
+  const auto& table = profile.pitch;
+  if (t_s <= table.front().t_s) return table.front().pitch_rad;
+  if (t_s >= table.back().t_s) return table.back().pitch_rad;
+  const auto later = [](double t, const PitchPoint& point) { return t < point.t_s; };
+  const auto b = std::upper_bound(table.begin(), table.end(), t_s, later);
+  const auto a = std::prev(b);
+  return a->pitch_rad + (b->pitch_rad - a->pitch_rad) * (t_s - a->t_s) / (b->t_s - a->t_s);
+}
+
+/// `burn` is given, not looked up, so that a step which ends at a cut-off is powered to its end.
+Eigen::Vector3d acceleration_of(const LaunchProfile& profile, const Burn* burn, double t_s, const TrueState& state) {
+  Eigen::Vector3d a = free_fall_acceleration(state.position, state.velocity);
+  if (burn == nullptr) return a;
+  const double thrust_m_s2 = burn->thrust_n / (burn->mass_kg - burn->flow_kg_s * (t_s - burn->from_s));
+  const double pitch = pitch_at(profile, t_s);
+  const Displacement<Enu> direction{{std::sin(profile.azimuth_rad) * std::cos(pitch),
+                                     std::cos(profile.azimuth_rad) * std::cos(pitch), std::sin(pitch)}};
+  const Rotation<Enu, Ecef> R_enu_ecef = enu_from_ecef_at(geodetic_from_ecef(state.position));
+  a += thrust_m_s2 * (R_enu_ecef.inverse() * direction).m;
+  return a;
+}
+
+TrueState runge_kutta_step(const LaunchProfile& profile, const Burn* burn, double t_s, double h, const TrueState& x) {
+  const auto advanced = [&x](const Eigen::Vector3d& dp, const Eigen::Vector3d& dv, double dt) {
+    return TrueState{{x.position.m + dt * dp}, {x.velocity.m_s + dt * dv}};
+  };
+  const Eigen::Vector3d& v1 = x.velocity.m_s;
+  const Eigen::Vector3d a1 = acceleration_of(profile, burn, t_s, x);
+  const TrueState x2 = advanced(v1, a1, h / 2);
+  const Eigen::Vector3d a2 = acceleration_of(profile, burn, t_s + h / 2, x2);
+  const TrueState x3 = advanced(x2.velocity.m_s, a2, h / 2);
+  const Eigen::Vector3d a3 = acceleration_of(profile, burn, t_s + h / 2, x3);
+  const TrueState x4 = advanced(x3.velocity.m_s, a3, h);
+  const Eigen::Vector3d a4 = acceleration_of(profile, burn, t_s + h, x4);
+  return advanced((v1 + 2 * x2.velocity.m_s + 2 * x3.velocity.m_s + x4.velocity.m_s) / 6,
+                  (a1 + 2 * a2 + 2 * a3 + a4) / 6, h);
+}
+
+/// Instants in (0, duration] where the acceleration or its slope jumps, and the end.
+std::vector<double> segment_ends(const LaunchProfile& profile, double duration_s) {
+  std::vector<double> ends{duration_s};
+  for (const Burn& burn : profile.burns) ends.insert(ends.end(), {burn.from_s, burn.to_s});
+  for (const PitchPoint& point : profile.pitch) ends.push_back(point.t_s);
+  std::erase_if(ends, [duration_s](double t) { return t <= 0 || t > duration_s; });
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  return ends;
+}
+
+std::vector<TruthSample> integrate(const LaunchProfile& profile, Time liftoff, double duration_s, double step_s) {
+  if (profile.burns.empty() || profile.pitch.empty())
+    throw std::invalid_argument("a launch profile needs a burn and a pitch table");
+  if (!(duration_s > 0) || !(step_s > 0)) throw std::invalid_argument("a launch needs a positive duration and step");
+  TrueState x{ecef_from_geodetic(profile.pad), {}};
+  std::vector<TruthSample> samples{{liftoff, x}};
+  double begin_s = 0;
+  for (const double end_s : segment_ends(profile, duration_s)) {
+    const Burn* burn = burn_at(profile, (begin_s + end_s) / 2);
+    const int steps = static_cast<int>(std::ceil((end_s - begin_s) / step_s - 1e-9));
+    const double h = (end_s - begin_s) / steps;
+    for (int i = 0; i < steps; ++i) {
+      x = runge_kutta_step(profile, burn, begin_s + i * h, h, x);
+      samples.push_back({liftoff + seconds(begin_s + (i + 1) * h), x});
+    }
+    begin_s = end_s;
+  }
+  return samples;
+}
+
+}  // namespace
+
+LaunchProfile naro_launch_profile() {
+  return {.pad = {34.4319 * deg, 127.5351 * deg, 100.0},
+          .azimuth_rad = 170 * deg,
+          .burns = {{0, 229, 1.55e6, 140e3, 480}, {395, 453, 80e3, 2.7e3, 30}},
+          .pitch = {{15, 90 * deg},
+                    {40, 80 * deg},
+                    {80, 63 * deg},
+                    {120, 50 * deg},
+                    {160, 41 * deg},
+                    {200, 35 * deg},
+                    {229, 32 * deg},
+                    {394, 10 * deg},
+                    {395, -1 * deg},
+                    {453, -4 * deg}}};
+}
+
+LaunchTrajectory::LaunchTrajectory(const LaunchProfile& profile, Time liftoff, double duration_s, double step_s)
+    : profile_(profile), liftoff_(liftoff), table_(integrate(profile, liftoff, duration_s, step_s)) {}
+
+std::optional<TrueState> LaunchTrajectory::at(Time t) const {
+  if (t < liftoff_) return table_.samples().front().state;
+  return table_.at(t);
+}
+
+std::optional<Eigen::Vector3d> LaunchTrajectory::acceleration(Time t) const {
+  if (t < liftoff_) return Eigen::Vector3d::Zero();
+  const std::optional<TrueState> state = table_.at(t);
+  if (!state) return std::nullopt;
+  const double t_s = (t - liftoff_).seconds();
+  return acceleration_of(profile_, burn_at(profile_, t_s), t_s, *state);
+}
+
+}  // namespace downrange::sim

@@ -1,0 +1,106 @@
+#pragma once
+/// What a simulated flight consists of: its trajectory, the errors of its sensors, the phases it is judged by.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <downrange/geo/name.hpp>
+#include <downrange/geo/polar.hpp>
+#include <downrange/geo/time.hpp>
+#include <downrange/stage/range_config.hpp>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/launch_trajectory.hpp"
+
+namespace downrange::sim {
+
+/// Seconds after lift-off, `first` <= t < `second`.
+using Window = std::pair<double, double>;
+
+/// Part of a flight that errors are summarised for, `from_s` <= t < `to_s` after lift-off.
+struct Phase {
+  std::string name;
+  double from_s = 0;
+  double to_s = 0;
+};
+
+/// Systematic errors of one radar: measured = true + bias. The target is first displaced in the radar's
+/// south-east-zenith axes, then the polar terms act, the azimuth scale about south (ALGORITHMS.md section 3).
+struct RadarBias {
+  Polar offset;
+  Eigen::Vector3d scale = Eigen::Vector3d::Zero();         ///< of range, azimuth - pi, elevation
+  Eigen::Vector3d sez_offset_m = Eigen::Vector3d::Zero();  ///< south, east, zenith
+  Eigen::Vector3d sez_scale = Eigen::Vector3d::Zero();
+  double time_tag_s = 0;  ///< positive: the radar's clock is fast, its stamps are later than the truth
+};
+
+struct RadarScenario {
+  Name id;
+  Site site;
+  PolarSigma sigma;
+  double rate_hz = 10;
+  double phase_s = 0;  ///< plots are stamped at lift-off + phase + k / rate
+  Window track;
+  double range_max_m = 0;
+  double elevation_min_rad = 0;
+  double dropout_probability = 0;
+  std::vector<Window> outages;
+  double outlier_probability = 0;
+  double outlier_range_m = 0;    ///< an outlier is off by 0.5 to 1.5 times this in range
+  double outlier_angle_rad = 0;  ///< and by 0.5 to 1.5 times this in both angles
+  double coloured_angle_sigma_rad = 0;
+  double coloured_angle_tau_s = 10;
+  double latency_s = 0;
+  double latency_jitter_s = 0;  ///< delay is uniform in latency -+ jitter
+  RadarBias bias;               ///< the same in every run
+  RadarBias bias_sigma;         ///< 1-sigma of what is drawn per run and added
+};
+
+/// The vehicle's receiver.
+struct GpsScenario {
+  double rate_hz = 1;
+  double phase_s = 0;  ///< fixes at lift-off + phase + k / rate
+  Window active;
+  Eigen::Vector3d sigma_enu_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d coloured_sigma_enu_m = Eigen::Vector3d::Zero();
+  double coloured_tau_s = 60;
+  double sigma_velocity_m_s = 0;  ///< per axis; 0: fixes carry no velocity
+  std::vector<Window> outages;
+  double latency_s = 0;  ///< from the fix's epoch to its transmission
+  bool states_accuracy = false;
+  int satellites = 0;
+};
+
+/// A telemetry ground station that relays the receiver's fixes.
+struct StationScenario {
+  Name id;
+  Site site;
+  double elevation_min_rad = 0;
+  double delay_s = 0;
+  double delay_jitter_s = 0;  ///< uniform in delay -+ jitter
+  double loss_probability = 0;
+  std::vector<Window> outages;
+};
+
+struct Scenario {
+  Name name;
+  Name target;
+  Time liftoff;
+  double start_s = 0;  ///< of the flight's events, after lift-off
+  double end_s = 0;
+  std::uint64_t seed = 1;
+  bool simulated = true;  ///< the flag every message carries
+  LaunchProfile profile;
+  std::vector<Phase> phases;
+  std::vector<RadarScenario> radars;
+  GpsScenario gps;
+  std::vector<StationScenario> stations;
+};
+
+/// Reads a scenario file for a range: sites, and the noise, rate and limits of a radar where the file does not give
+/// them, come from the range. Throws ScenarioError (file, line, key, what is allowed).
+[[nodiscard]] Scenario load_scenario(const std::filesystem::path& file, const RangeConfig& range);
+
+}  // namespace downrange::sim

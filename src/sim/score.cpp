@@ -1,0 +1,287 @@
+#include "sim/score.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/bias_terms.hpp>
+#include <downrange/est/consistency.hpp>
+#include <downrange/geo/polar.hpp>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace downrange::sim {
+namespace {
+
+constexpr Duration mean_interval = milliseconds(10'000);
+
+double rms(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v * v;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Smallest value that 95 % of the values do not exceed.
+double p95(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(values.size()))) - 1;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
+  return values[rank];
+}
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+Eigen::Matrix3d position_covariance(const Trajectory& trajectory) {
+  Eigen::Matrix3d P;
+  const int n = trajectory.state_size;
+  for (int row = 0; row < 3; ++row)
+    for (int column = row; column < 3; ++column) {
+      const int index = row * n - row * (row - 1) / 2 + column - row;
+      P(row, column) = P(column, row) = trajectory.covariance[static_cast<std::size_t>(index)];
+    }
+  return P;
+}
+
+bool inside_95_percent(const Eigen::Vector3d& error, const Eigen::Matrix3d& P) {
+  static const double limit = chi2_quantile(0.95, 3);
+  const Eigen::LLT<Eigen::Matrix3d> llt(P);
+  return llt.info() == Eigen::Success && error.dot(llt.solve(error)) <= limit;
+}
+
+Polar look_angles(const Site& site, const Position<Ecef>& target) { return polar_from_enu(site.enu_of(target)); }
+
+Eigen::Vector3d direction(double azimuth_rad, double elevation_rad) {
+  return enu_from_polar({1.0, azimuth_rad, elevation_rad}).m;
+}
+
+/// measured - true; azimuth on the sky.
+Eigen::Vector3d polar_error(const Polar& measured, const Polar& truth) {
+  return {measured.range_m - truth.range_m,
+          wrap_pi(measured.azimuth_rad - truth.azimuth_rad) * std::cos(truth.elevation_rad),
+          measured.elevation_rad - truth.elevation_rad};
+}
+
+double time_tag_of(const SensorBias& bias) {
+  for (int i = 0; i < bias.terms; ++i)
+    if (bias.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag) return bias.value[static_cast<std::size_t>(i)];
+  return 0;
+}
+
+struct PositionSample {
+  Time epoch;
+  double error_m;
+  bool inside_95;
+};
+
+struct PlotSample {
+  Time epoch;
+  bool accepted;
+  Eigen::Vector3d before;
+  Eigen::Vector3d after;
+};
+
+struct PointingSamples {
+  std::vector<double> error_rad;
+  std::size_t held = 0;
+  std::size_t axes_inside = 0;
+  double age_sum_s = 0;
+  double worst_age_s = 0;
+};
+
+PositionScore position_score(const std::vector<PositionSample>& samples, Time from, Time to) {
+  std::vector<double> errors;
+  std::size_t inside = 0;
+  for (const PositionSample& sample : samples) {
+    if (sample.epoch < from || sample.epoch >= to) continue;
+    errors.push_back(sample.error_m);
+    if (sample.inside_95) ++inside;
+  }
+  return {errors.size(), rms(errors), p95(errors), largest(errors), share(inside, errors.size())};
+}
+
+class IntervalMeans {
+ public:
+  void add(Time t, const Eigen::Vector3d& error) {
+    auto& [sum, count] = intervals_.try_emplace(t.ns / mean_interval.ns, Eigen::Vector3d::Zero(), 0).first->second;
+    sum += error;
+    ++count;
+  }
+
+  [[nodiscard]] SystematicError rms_of_means() const {
+    Eigen::Vector3d sum_of_squares = Eigen::Vector3d::Zero();
+    for (const auto& [interval, entry] : intervals_) sum_of_squares += (entry.first / entry.second).cwiseAbs2();
+    const Eigen::Vector3d rms =
+        (sum_of_squares / static_cast<double>(std::max<std::size_t>(intervals_.size(), 1))).cwiseSqrt();
+    return {rms[0], rms[1], rms[2]};
+  }
+
+ private:
+  std::map<std::int64_t, std::pair<Eigen::Vector3d, int>> intervals_;
+};
+
+}  // namespace
+
+/// Collects what one run says.
+class Scorer::Run : public ResultSink {
+ public:
+  Run(const Scorer& scorer, std::string label) : scorer_(scorer), label_(std::move(label)) {}
+
+  void emit(const Result& result) override {
+    std::visit([this](const auto& r) { add(r); }, result);
+  }
+
+  [[nodiscard]] std::vector<TrajectoryScore> trajectory_scores(bool name_the_method) const {
+    std::vector<TrajectoryScore> scores;
+    for (const auto& [method, samples] : positions_) {
+      const bool named = name_the_method || positions_.size() > 1;
+      TrajectoryScore score{named ? label_ + " (" + std::string(method.view()) + ")" : label_, {}};
+      for (const Phase& phase : scorer_.phases_)
+        score.phases.push_back(
+            position_score(samples, scorer_.liftoff_ + seconds(phase.from_s), scorer_.liftoff_ + seconds(phase.to_s)));
+      scores.insert(method == primary_ ? scores.begin() : scores.end(), std::move(score));
+    }
+    return scores;
+  }
+
+  [[nodiscard]] RadarScore radar_score(const Name& sensor) const {
+    RadarScore score;
+    score.sensor = sensor;
+    IntervalMeans before;
+    IntervalMeans after;
+    const auto plots = plots_.find(sensor);
+    if (plots == plots_.end()) return score;
+    for (const auto& [sequence, plot] : plots->second) {
+      if (!plot.accepted) {
+        ++score.rejected;
+        continue;
+      }
+      ++score.plots;
+      before.add(plot.epoch, plot.before);
+      after.add(plot.epoch, plot.after);
+    }
+    score.before = before.rms_of_means();
+    score.after = after.rms_of_means();
+    return score;
+  }
+
+  [[nodiscard]] std::vector<PointingScore> pointing_scores(const Name& antenna) const {
+    std::vector<PointingScore> scores;
+    for (const auto& [key, samples] : pointing_) {
+      if (key.first != antenna) continue;
+      const std::size_t scored = samples.error_rad.size();
+      const std::size_t commands = scored + samples.held;
+      scores.push_back({antenna, key.second, commands, samples.held, rms(samples.error_rad), p95(samples.error_rad),
+                        largest(samples.error_rad), share(samples.axes_inside, 2 * scored),
+                        samples.age_sum_s / static_cast<double>(commands), samples.worst_age_s});
+    }
+    return scores;
+  }
+
+ private:
+  void add(const Trajectory& trajectory) {
+    if (trajectory.target != scorer_.target_) return;
+    const std::optional<TrueState> truth = scorer_.truth_(trajectory.epoch);
+    if (!truth) return;
+    if (trajectory.primary) primary_ = trajectory.method;
+    const Eigen::Vector3d error = Eigen::Vector3d::Map(trajectory.state.data()) - truth->position.m;
+    positions_[trajectory.method].push_back(
+        {trajectory.epoch, error.norm(), inside_95_percent(error, position_covariance(trajectory))});
+  }
+
+  /// A plot may be reported again with the method's verdict: the last word counts.
+  void add(const Observation& observation) {
+    if (observation.kind != ObservationKind::Radar || observation.target != scorer_.target_) return;
+    const auto radar = std::find_if(scorer_.range_.radars.begin(), scorer_.range_.radars.end(),
+                                    [&](const RadarConfig& r) { return r.id == observation.sensor; });
+    if (radar == scorer_.range_.radars.end()) return;
+    auto& plots = plots_[observation.sensor];
+    const auto known = plots.find(observation.sequence);
+    if (known != plots.end()) {
+      known->second.accepted = observation.verdict == Reason::Accepted;
+      return;
+    }
+    const auto bias = biases_.find(observation.sensor);
+    const double time_tag_s = bias == biases_.end() ? 0 : time_tag_of(bias->second);
+    const std::optional<TrueState> truth = scorer_.truth_(observation.epoch);
+    const std::optional<TrueState> truth_at_tag = scorer_.truth_(observation.epoch - seconds(time_tag_s));
+    if (!truth || !truth_at_tag) return;
+    PlotSample plot{observation.epoch, observation.verdict == Reason::Accepted, {}, {}};
+    plot.before = polar_error(observation.measured, look_angles(radar->site, truth->position));
+    plot.after = plot.before;
+    if (bias != biases_.end()) {
+      const auto terms = static_cast<std::size_t>(bias->second.terms);
+      const Polar compensated = compensate(observation.measured, std::span(bias->second.term).first(terms),
+                                           std::span(bias->second.value).first(terms));
+      plot.after = polar_error(compensated, look_angles(radar->site, truth_at_tag->position));
+    }
+    plots.emplace(observation.sequence, plot);
+  }
+
+  void add(const SensorBias& bias) {
+    const auto& methods = scorer_.range_.fuse.methods;
+    if (!methods.empty() && bias.method == methods.front()) biases_[bias.sensor] = bias;
+  }
+
+  void add(const SlavingCommand& command) {
+    const auto antenna = std::find_if(scorer_.range_.antennas.begin(), scorer_.range_.antennas.end(),
+                                      [&](const AntennaConfig& a) { return a.id == command.antenna; });
+    const std::optional<TrueState> truth = scorer_.truth_(command.apply_at);
+    if (antenna == scorer_.range_.antennas.end() || command.target != scorer_.target_ || !truth) return;
+    PointingSamples& samples = pointing_[{command.antenna, command.source}];
+    samples.age_sum_s += command.age_s;
+    samples.worst_age_s = std::max(samples.worst_age_s, command.age_s);
+    if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) {
+      ++samples.held;
+      return;
+    }
+    const Polar look = look_angles(antenna->site, truth->position);
+    const Eigen::Vector3d commanded = direction(command.azimuth_rad, command.elevation_rad);
+    const Eigen::Vector3d exact = direction(look.azimuth_rad, look.elevation_rad);
+    samples.error_rad.push_back(std::atan2(commanded.cross(exact).norm(), commanded.dot(exact)));
+    const double azimuth_error = std::abs(wrap_pi(command.azimuth_rad - look.azimuth_rad));
+    const double elevation_error = std::abs(command.elevation_rad - look.elevation_rad);
+    if (azimuth_error <= 2 * command.sigma_azimuth_rad) ++samples.axes_inside;
+    if (elevation_error <= 2 * command.sigma_elevation_rad) ++samples.axes_inside;
+  }
+
+  void add(const SourceHealth&) {}
+
+  const Scorer& scorer_;
+  std::string label_;
+  Name primary_;
+  std::map<Name, std::vector<PositionSample>> positions_;  // by method
+  std::map<Name, SensorBias> biases_;
+  std::map<Name, std::map<std::uint64_t, PlotSample>> plots_;
+  std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
+};
+
+Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
+               std::vector<Phase> phases)
+    : range_(range), target_(target), truth_(std::move(truth)), liftoff_(liftoff), phases_(std::move(phases)) {}
+
+Scorer::~Scorer() = default;
+
+ResultSink& Scorer::open_run(const std::string& label) { return runs_.emplace_back(*this, label); }
+
+Summary Scorer::summary() const {
+  Summary summary;
+  summary.phases = phases_;
+  for (const Run& run : runs_)
+    for (TrajectoryScore& score : run.trajectory_scores(&run == &runs_.front()))
+      summary.trajectories.push_back(std::move(score));
+  if (runs_.empty()) return summary;
+  for (const RadarConfig& radar : range_.radars) summary.radars.push_back(runs_.front().radar_score(radar.id));
+  for (const AntennaConfig& antenna : range_.antennas)
+    for (const PointingScore& score : runs_.front().pointing_scores(antenna.id)) summary.pointing.push_back(score);
+  return summary;
+}
+
+}  // namespace downrange::sim

@@ -1,0 +1,99 @@
+#pragma once
+/// How good a flight was, against the truth: position error per phase, systematic error left per radar, pointing error
+/// per antenna. Fed with the engine's results in the order the engine made them.
+
+#include <cstddef>
+#include <downrange/stage/range_config.hpp>
+#include <downrange/stage/result.hpp>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "sim/scenario.hpp"
+#include "sim/truth.hpp"
+
+namespace downrange::sim {
+
+/// Position errors |estimate - truth| of one run and method within one phase. All zero when there was no estimate.
+struct PositionScore {
+  std::size_t samples = 0;
+  double rms_m = 0;
+  double p95_m = 0;  ///< smallest error that 95 % of the samples do not exceed
+  double worst_m = 0;
+  double inside_95 = 0;  ///< share of errors inside the reported 95 % ellipsoid
+};
+
+struct TrajectoryScore {
+  std::string label;                  ///< "fused (song2015)", "goheung alone"
+  std::vector<PositionScore> phases;  ///< one per phase of the summary
+};
+
+/// Systematic error: rms over 10 s of the mean of measured - true, accepted plots of the whole flight.
+struct SystematicError {
+  double range_m = 0;
+  double azimuth_rad = 0;  ///< times cos elevation: on the sky
+  double elevation_rad = 0;
+};
+
+struct RadarScore {
+  Name sensor;
+  std::size_t plots = 0;     ///< accepted, with the truth known
+  std::size_t rejected = 0;  ///< for whatever reason
+  SystematicError before;    ///< as measured
+  SystematicError after;     ///< with the bias known when the plot arrived taken out
+};
+
+/// Angle between the commanded and the true direction at the instant of application.
+struct PointingScore {
+  Name antenna;
+  SlavingSource source = SlavingSource::Fused;
+  std::size_t commands = 0;
+  std::size_t held = 0;  ///< of these, held at the end of the antenna's travel: counted, not scored
+  double rms_rad = 0;
+  double p95_rad = 0;
+  double worst_rad = 0;
+  double inside_2_sigma = 0;  ///< share of azimuth and elevation errors within 2 sigma (right: 0.954)
+  double mean_age_s = 0;
+  double worst_age_s = 0;
+};
+
+struct Summary {
+  std::vector<Phase> phases;
+  std::vector<TrajectoryScore> trajectories;  ///< runs as opened; of a run, the primary method first
+  std::vector<RadarScore> radars;             ///< of the first run, in the range's order
+  std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
+};
+
+class Scorer {
+ public:
+  /// Results of other targets than `target` are left out, as are results at times without truth. `liftoff` anchors the
+  /// phases.
+  Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff, std::vector<Phase> phases);
+  ~Scorer();
+  Scorer(const Scorer&) = delete;
+  Scorer& operator=(const Scorer&) = delete;
+
+  /// Opens a run and returns where its results go; valid as long as the scorer. The first run is the service's own:
+  /// its methods are named in its labels, its radars and antennas are scored. Runs to compare follow ("uncorrected",
+  /// "goheung alone"): only their trajectories count.
+  [[nodiscard]] ResultSink& open_run(const std::string& label);
+
+  [[nodiscard]] Summary summary() const;
+
+ private:
+  class Run;
+  RangeConfig range_;
+  Name target_;
+  TruthFunction truth_;
+  Time liftoff_;
+  std::vector<Phase> phases_;
+  std::list<Run> runs_;
+};
+
+/// Plain text tables of at most 100 columns for a range engineer.
+[[nodiscard]] std::string format_text(const Summary& summary);
+
+/// The same numbers, SI and radians.
+[[nodiscard]] std::string format_json(const Summary& summary);
+
+}  // namespace downrange::sim

@@ -1,0 +1,56 @@
+#include "sim/simulation.hpp"
+
+#include <algorithm>
+
+namespace downrange::sim {
+namespace {
+
+constexpr double flight_margin_s = 30;  ///< truth for commands that are applied after the last measurement
+constexpr Duration mission_delay = milliseconds(50);
+
+struct StagingMark {
+  double t_s;
+  const char* label;
+};
+constexpr StagingMark staging_marks[] = {
+    {229, "MECO"}, {232, "separation"}, {395, "kick motor ignition"}, {453, "SECO"}};
+
+/// The mission clock's messages: the plan at the start, then each mark as it happens.
+std::vector<MissionEvent> mission_events(const Scenario& scenario) {
+  std::vector<MissionEvent> events;
+  const auto add = [&](MissionEventKind kind, const char* label, Time epoch, Time received) {
+    events.push_back({scenario.name, label, kind, events.size() + 1, epoch, received, scenario.simulated});
+  };
+  const Time start = scenario.liftoff + seconds(scenario.start_s);
+  add(MissionEventKind::PlannedLiftoff, "planned lift-off", scenario.liftoff, start);
+  add(MissionEventKind::Liftoff, "lift-off", scenario.liftoff, scenario.liftoff + mission_delay);
+  for (const StagingMark& mark : staging_marks) {
+    const Time epoch = scenario.liftoff + seconds(mark.t_s);
+    if (mark.t_s < scenario.end_s) add(MissionEventKind::Staging, mark.label, epoch, epoch + mission_delay);
+  }
+  return events;
+}
+
+bool arrives_before(const Event& a, const Event& b) {
+  const Time received_a = received_of(a);
+  const Time received_b = received_of(b);
+  return received_a != received_b ? received_a < received_b : step_order_less(a, b);
+}
+
+}  // namespace
+
+Simulation::Simulation(const Scenario& scenario, std::uint64_t seed)
+    : trajectory_(scenario.profile, scenario.liftoff, scenario.end_s + flight_margin_s) {
+  const TruthFunction truth = [this](Time t) { return trajectory_.at(t); };
+  for (const MissionEvent& event : mission_events(scenario)) events_.emplace_back(event);
+  for (const RadarScenario& radar : scenario.radars) {
+    RadarRun run = simulate_radar(radar, scenario, truth, seed);
+    events_.insert(events_.end(), run.plots.begin(), run.plots.end());
+    radars_.push_back({radar.id, run.bias, std::move(run.outlier_sequences)});
+  }
+  const std::vector<GpsFix> fixes = simulate_gps(scenario, truth, seed);
+  events_.insert(events_.end(), fixes.begin(), fixes.end());
+  std::stable_sort(events_.begin(), events_.end(), arrives_before);
+}
+
+}  // namespace downrange::sim

@@ -1,0 +1,6 @@
+find_package(nlohmann_json REQUIRED)
+downrange_test(sim_trajectory_test ${CMAKE_CURRENT_LIST_DIR}/sim_trajectory_test.cpp LIBS downrange_sim)
+downrange_test(sim_sensors_test ${CMAKE_CURRENT_LIST_DIR}/sim_sensors_test.cpp LIBS downrange_sim)
+downrange_test(sim_scenario_test ${CMAKE_CURRENT_LIST_DIR}/sim_scenario_test.cpp LIBS downrange_sim)
+downrange_test(sim_score_test ${CMAKE_CURRENT_LIST_DIR}/sim_score_test.cpp
+               LIBS downrange_sim nlohmann_json::nlohmann_json)

@@ -1,0 +1,202 @@
+/// Scenario files: what the shipped ones say, and an exact complaint for everything that may be wrong with one.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "sim/scenario.hpp"
+#include "sim/simulation.hpp"
+#include "sim/toml_section.hpp"
+
+namespace downrange::sim {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+
+RangeConfig naro() {
+  RangeConfig range;
+  range.targets = {{"kslv"}};
+  RadarConfig goheung;
+  goheung.id = "goheung";
+  goheung.site = Site({34.4450 * deg, 127.5200 * deg, 120});
+  goheung.sigma = {25, 0.01 * deg, 0.01 * deg};
+  RadarConfig jeju = goheung;
+  jeju.id = "jeju";
+  jeju.site = Site({33.2900 * deg, 126.4600 * deg, 350});
+  jeju.rate_hz = 20;
+  range.radars = {goheung, jeju};
+  range.telemetry = {{"goheung-tgs", Site({34.4480 * deg, 127.5165 * deg, 105})},
+                     {"jeju-tgs", Site({33.3870 * deg, 126.3660 * deg, 95})},
+                     {"ship-tgs", Site({14.0 * deg, 130.0 * deg, 20})}};
+  return range;
+}
+
+std::filesystem::path shipped(const char* name) {
+  return std::filesystem::path(DOWNRANGE_SOURCE_DIR) / "tools" / "scenarios" / name;
+}
+
+/// A file of its own per test and process: tests run in parallel.
+class ScenarioFile : public ::testing::Test {
+ protected:
+  ScenarioFile()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("downrange-scenario-" + std::to_string(::getpid()) + "-" +
+                 ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~ScenarioFile() override { std::filesystem::remove_all(folder_); }
+
+  Scenario load(const std::string& text) {
+    std::ofstream(folder_ / "s.toml") << text;
+    return load_scenario(folder_ / "s.toml", naro());
+  }
+
+  /// What load() complains about, the folder's name taken off.
+  std::string complaint(const std::string& text) {
+    try {
+      (void)load(text);
+    } catch (const ScenarioError& error) {
+      return std::string(error.what()).substr(folder_.string().size() + 1);
+    }
+    return "none";
+  }
+
+  const std::filesystem::path folder_;
+};
+
+const std::string minimal = R"(name = "m"
+target = "kslv"
+liftoff_utc = 2026-03-01T08:00:00Z
+end_s = 100
+[trajectory]
+kind = "launch"
+[gps]
+sigma_east_m = 5
+sigma_north_m = 5
+sigma_up_m = 8
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(ShippedScenario, Launch) {
+  const Scenario scenario = load_scenario(shipped("launch.toml"), naro());
+  EXPECT_EQ(scenario.liftoff.ns, 1'772'352'000'000'000'000);
+  ASSERT_EQ(scenario.radars.size(), 2u);
+  EXPECT_EQ(scenario.radars[0].bias.offset.range_m, 35);
+  EXPECT_NEAR(scenario.radars[1].bias.offset.azimuth_rad, -0.03 * deg, 1e-15);
+  EXPECT_EQ(scenario.radars[1].rate_hz, 20);  // the range's
+  ASSERT_EQ(scenario.stations.size(), 3u);
+  ASSERT_EQ(scenario.phases.size(), 3u);
+  EXPECT_EQ(scenario.phases[1].name, "coast");
+
+  const Simulation simulation(scenario, scenario.seed);
+  std::map<Name, int> plots, relayed;
+  double latest = 0, earliest = 10;
+  for (const Event& event : simulation.events()) {
+    if (const auto* plot = std::get_if<RadarTspi>(&event)) ++plots[plot->sensor];
+    if (const auto* fix = std::get_if<GpsFix>(&event)) {
+      ++relayed[fix->station];
+      latest = std::max(latest, (fix->received - fix->epoch).seconds());
+      earliest = std::min(earliest, (fix->received - fix->epoch).seconds());
+    }
+  }
+  EXPECT_GT(plots["goheung"], 4000);
+  EXPECT_GT(plots["jeju"], 8000);
+  EXPECT_GT(relayed["goheung-tgs"], 300);
+  EXPECT_GT(relayed["jeju-tgs"], 300);
+  EXPECT_GT(relayed["ship-tgs"], 50);
+  EXPECT_GT(earliest, 0.29);
+  EXPECT_LT(latest, 0.81);
+}
+
+TEST(ShippedScenario, PaperIsTheScenarioOfTheFigures) {
+  const Scenario scenario = load_scenario(shipped("paper.toml"), naro());
+  const Simulation simulation(scenario, 1);
+  std::map<Name, Time> first_plot;
+  Time first_fix{};
+  std::size_t fixes = 0;
+  for (const Event& event : simulation.events()) {
+    if (const auto* plot = std::get_if<RadarTspi>(&event)) {
+      first_plot.try_emplace(plot->sensor, plot->epoch);
+      EXPECT_EQ(plot->received, plot->epoch);
+    }
+    if (const auto* fix = std::get_if<GpsFix>(&event)) {
+      if (fixes++ == 0) first_fix = fix->epoch;
+      EXPECT_EQ(fix->received, fix->epoch);
+      EXPECT_FALSE(fix->velocity_valid);
+    }
+  }
+  EXPECT_EQ((first_plot["goheung"] - scenario.liftoff).ns, 100'013'000'000);
+  EXPECT_EQ((first_plot["jeju"] - scenario.liftoff).ns, 100'031'000'000);
+  EXPECT_EQ((first_fix - scenario.liftoff).ns, 80'400'000'000);
+  EXPECT_EQ(fixes, 400u);
+  EXPECT_EQ(scenario.radars[0].bias_sigma.scale, Eigen::Vector3d(3e-5, 2e-4, 2e-4));
+}
+
+TEST_F(ScenarioFile, DefaultsHold) {
+  const Scenario scenario = load(minimal + "[[radar]]\nid = \"jeju\"\n");
+  EXPECT_EQ(scenario.start_s, -10);
+  EXPECT_TRUE(scenario.simulated);
+  EXPECT_EQ(scenario.seed, 1u);
+  EXPECT_EQ(scenario.radars[0].sigma.range_m, 25);
+  EXPECT_EQ(scenario.radars[0].track, Window(-10, 100));
+  EXPECT_EQ(scenario.gps.active, Window(-10, 100));
+  EXPECT_EQ(scenario.profile.azimuth_rad, 170 * deg);
+}
+
+TEST_F(ScenarioFile, LiftoffTakesAnOffset) {
+  const Scenario utc = load(minimal);
+  const Scenario korea = load(replaced(minimal, "2026-03-01T08:00:00Z", "2026-03-01T17:00:00.25+09:00"));
+  EXPECT_EQ((korea.liftoff - utc.liftoff).ns, 250'000'000);
+}
+
+TEST_F(ScenarioFile, ComplaintsNameFileLineKeyAndWhatIsAllowed) {
+  EXPECT_EQ(complaint(minimal), "none");
+  EXPECT_EQ(complaint(replaced(minimal, "\"kslv\"", "\"nuri\"")),
+            "s.toml:2: target: \"nuri\" is no target of this range; allowed: kslv");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"goheng\"\n"),
+            "s.toml:12: radar.id: \"goheng\" is no radar of this range; allowed: goheung, jeju");
+  EXPECT_EQ(
+      complaint(minimal + "[[station]]\nid = \"x\"\n"),
+      "s.toml:12: station.id: \"x\" is no telemetry station of this range; allowed: goheung-tgs, jeju-tgs, ship-tgs");
+  EXPECT_EQ(complaint(replaced(minimal, "end_s = 100", "end_s = 0")), "s.toml:4: end_s: 0 is not allowed: 1 to 900");
+  EXPECT_EQ(complaint(replaced(minimal, "end_s = 100", "end_s = nan")),
+            "s.toml:4: end_s: nan is not allowed: 1 to 900");
+  EXPECT_EQ(complaint(replaced(minimal, "end_s = 100", "end_s = \"100\"")),
+            "s.toml:4: end_s: must be a number, 1 to 900");
+  EXPECT_EQ(complaint(replaced(minimal, "end_s = 100\n", "")), "s.toml:1: end_s: is missing");
+  EXPECT_EQ(complaint(replaced(minimal, "sigma_up_m = 8\n", "")), "s.toml:7: gps.sigma_up_m: is missing");
+  EXPECT_EQ(complaint(replaced(minimal, "08:00:00Z", "08:00:00")),
+            "s.toml:3: liftoff_utc: must be a date and time with offset, such as 2026-03-01T08:00:00Z");
+  EXPECT_EQ(complaint(replaced(minimal, "\"launch\"", "\"orbit\"")),
+            "s.toml:6: trajectory.kind: is not a known trajectory; allowed: launch");
+  EXPECT_EQ(complaint(minimal + "sattelites = 3\n"),
+            "s.toml:11: gps.sattelites: is not a key of this table; allowed: coloured_sigma_m, coloured_tau_s, from_s, "
+            "latency_ms, outages_s, phase_ms, rate_hz, satellites, sigma_east_m, sigma_north_m, sigma_up_m, "
+            "sigma_velocity_m_s, states_accuracy, to_s");
+  EXPECT_EQ(complaint(minimal + "outages_s = [[3, 2]]\n"),
+            "s.toml:11: gps.outages_s: must be a list of [from, to] with from < to, such as [[80.0, 103.0]]");
+  EXPECT_EQ(complaint(minimal + "from_s = 50\nto_s = 40\n"), "s.toml:12: gps.to_s: must be after from_s");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\nlatency_ms = 10\nlatency_jitter_ms = 20\n"),
+            "s.toml:14: radar.latency_jitter_ms: 20 is not allowed: 0 to 10");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias]\nrange = 1\n").substr(0, 41),
+            "s.toml:14: radar.bias.range: is not a key");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias_sigma]\nrange_m = -1\n"),
+            "s.toml:14: radar.bias_sigma.range_m: -1 is not allowed: 0 or more");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[[radar]]\nid = \"jeju\"\n"),
+            "s.toml:11: radar: \"jeju\" is there twice; one table for each");
+  EXPECT_EQ(complaint(minimal + "[radar]\nid = \"jeju\"\n"),
+            "s.toml:11: radar: must be a list of tables, each headed [[radar]]");
+  EXPECT_EQ(complaint(minimal + "[gps]\n").substr(0, 10), "s.toml:11:");  // not TOML: a table twice
+}
+
+TEST_F(ScenarioFile, AMissingFileIsAnError) {
+  EXPECT_THROW((void)load_scenario(folder_ / "none.toml", naro()), ScenarioError);
+}
+
+}  // namespace
+}  // namespace downrange::sim

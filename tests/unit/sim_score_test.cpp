@@ -1,0 +1,296 @@
+/// The score of results whose errors are known by construction.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "sim/score.hpp"
+
+namespace downrange::sim {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+constexpr Time liftoff{1'772'352'000'000'000'000};
+
+RangeConfig make_range() {
+  RangeConfig range;
+  range.targets = {{"kslv"}};
+  RadarConfig radar;
+  radar.id = "goheung";
+  radar.site = Site({34.4450 * deg, 127.5200 * deg, 120});
+  range.radars = {radar};
+  AntennaConfig antenna;
+  antenna.id = "dish";
+  antenna.site = Site({34.0 * deg, 127.0 * deg, 50});
+  range.antennas = {antenna};
+  return range;
+}
+
+/// Straight and level over Jeju, known from lift-off to 100 s.
+std::optional<TrueState> truth(Time t) {
+  const double t_s = (t - liftoff).seconds();
+  if (t_s < 0 || t_s > 100) return std::nullopt;
+  static const Position<Ecef> start = ecef_from_geodetic({33.5 * deg, 127.2 * deg, 80e3});
+  const Eigen::Vector3d v(900, 400, -700);
+  return TrueState{{start.m + v * t_s}, {v}};
+}
+
+Time at(double t_s) { return liftoff + seconds(t_s); }
+
+/// Off by `error` (ECEF), claiming `sigma` on every position axis.
+Trajectory make_trajectory(double t_s, const Eigen::Vector3d& error, double sigma, const Name& method = "song2015") {
+  Trajectory trajectory;
+  trajectory.target = "kslv";
+  trajectory.method = method;
+  trajectory.primary = method == Name("song2015");
+  trajectory.epoch = at(t_s);
+  const auto state = truth(at(t_s));
+  if (state) Eigen::Vector3d::Map(trajectory.state.data()) = state->position.m + error;
+  trajectory.covariance[0] = sigma * sigma;   // xx of the 6 x 6 triangle
+  trajectory.covariance[6] = sigma * sigma;   // yy
+  trajectory.covariance[11] = sigma * sigma;  // zz
+  return trajectory;
+}
+
+Observation make_plot(std::uint64_t sequence, double t_s, const Polar& bias, double time_tag_s = 0) {
+  Observation plot;
+  plot.sensor = "goheung";
+  plot.target = "kslv";
+  plot.sequence = sequence;
+  plot.epoch = at(t_s);
+  const Polar q = polar_from_enu(make_range().radars[0].site.enu_of(truth(at(t_s - time_tag_s))->position));
+  plot.measured = {q.range_m + bias.range_m, wrap_two_pi(q.azimuth_rad + bias.azimuth_rad),
+                   q.elevation_rad + bias.elevation_rad};
+  return plot;
+}
+
+SensorBias make_bias(std::initializer_list<std::pair<BiasTerm, double>> terms) {
+  SensorBias bias;
+  bias.sensor = "goheung";
+  bias.method = "song2015";
+  for (const auto& [term, value] : terms) {
+    bias.term[static_cast<std::size_t>(bias.terms)] = term;
+    bias.value[static_cast<std::size_t>(bias.terms++)] = value;
+  }
+  return bias;
+}
+
+Polar look(double t_s) { return polar_from_enu(make_range().antennas[0].site.enu_of(truth(at(t_s))->position)); }
+
+SlavingCommand make_command(double t_s, double azimuth_error_rad, double elevation_error_rad, double sigma_rad) {
+  SlavingCommand command;
+  command.antenna = "dish";
+  command.target = "kslv";
+  command.apply_at = at(t_s);
+  command.age_s = 0.1;
+  command.azimuth_rad = look(t_s).azimuth_rad + azimuth_error_rad;
+  command.elevation_rad = look(t_s).elevation_rad + elevation_error_rad;
+  command.sigma_azimuth_rad = sigma_rad;
+  command.sigma_elevation_rad = sigma_rad;
+  return command;
+}
+
+Scorer make_scorer() {
+  return {make_range(), "kslv", truth, liftoff, {{"first", 0, 50}, {"second", 50, 60}, {"empty", 200, 300}}};
+}
+
+TEST(PositionScore, IsPerPhaseAndMethod) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  // 100 errors of 1 to 100 m in the first phase, one of 7 m in the second, one without truth.
+  for (int i = 1; i <= 100; ++i) run.emit(make_trajectory(i * 0.4, Eigen::Vector3d(0, i, 0), 20));
+  run.emit(make_trajectory(50, Eigen::Vector3d(2, 3, 6), 1));
+  run.emit(make_trajectory(101, Eigen::Vector3d(1e6, 0, 0), 1));
+  Trajectory other_target = make_trajectory(51, Eigen::Vector3d(1e6, 0, 0), 1);
+  other_target.target = "other";
+  run.emit(other_target);
+  run.emit(make_trajectory(55, Eigen::Vector3d(0, 0, 9), 1, "joint"));
+  scorer.open_run("uncorrected").emit(make_trajectory(51, Eigen::Vector3d(60, 0, 80), 50));
+
+  const Summary summary = scorer.summary();
+  ASSERT_EQ(summary.trajectories.size(), 3u);
+  EXPECT_EQ(summary.trajectories[0].label, "fused (song2015)");
+  EXPECT_EQ(summary.trajectories[1].label, "fused (joint)");
+  EXPECT_EQ(summary.trajectories[2].label, "uncorrected");
+  const PositionScore& first = summary.trajectories[0].phases[0];
+  EXPECT_EQ(first.samples, 100u);
+  EXPECT_NEAR(first.rms_m, std::sqrt(101 * 201 / 6.0), 1e-6);  // sum of squares: n (n + 1) (2 n + 1) / 6
+  EXPECT_NEAR(first.p95_m, 95, 1e-6);
+  EXPECT_NEAR(first.worst_m, 100, 1e-6);
+  EXPECT_NEAR(first.inside_95, 0.55, 1e-12);  // up to 20 sqrt(7.8147) = 55.9 m
+  const PositionScore& second = summary.trajectories[0].phases[1];
+  EXPECT_EQ(second.samples, 1u);
+  EXPECT_NEAR(second.rms_m, 7, 1e-6);
+  EXPECT_EQ(second.inside_95, 0);
+  EXPECT_EQ(summary.trajectories[0].phases[2].samples, 0u);
+  EXPECT_NEAR(summary.trajectories[1].phases[1].rms_m, 9, 1e-6);
+  EXPECT_NEAR(summary.trajectories[2].phases[1].rms_m, 100, 1e-6);
+  EXPECT_EQ(summary.trajectories[2].phases[1].inside_95, 1);
+}
+
+TEST(PositionScore, EllipsoidTakesTheWholeCovarianceOfEitherStateSize) {
+  // Variance 100 along (1, 1, 0)/sqrt 2 and 1 across: an error of 20 along is inside, across it is not.
+  for (const int size : {6, 9}) {
+    Scorer scorer = make_scorer();
+    ResultSink& run = scorer.open_run("fused");
+    for (const double side : {1.0, -1.0}) {
+      Trajectory trajectory = make_trajectory(1, Eigen::Vector3d(1, side, 0).normalized() * 20, 0);
+      trajectory.state_size = size;
+      trajectory.covariance = {};
+      trajectory.covariance[0] = 50.5;                                    // xx
+      trajectory.covariance[1] = 49.5;                                    // xy
+      trajectory.covariance[static_cast<std::size_t>(size)] = 50.5;       // yy
+      trajectory.covariance[static_cast<std::size_t>(2 * size - 1)] = 1;  // zz
+      run.emit(trajectory);
+    }
+    EXPECT_EQ(scorer.summary().trajectories[0].phases[0].inside_95, 0.5) << size;
+  }
+}
+
+TEST(PositionScore, ACovarianceThatIsNoneCountsAsOutside) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_trajectory(1, Eigen::Vector3d::Zero(), 0));
+  run.emit(make_trajectory(2, Eigen::Vector3d::Zero(), std::nan("")));
+  EXPECT_EQ(scorer.summary().trajectories[0].phases[0].inside_95, 0);
+}
+
+TEST(RadarScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  const Polar bias{30, 0.05 * deg, -0.02 * deg};
+  std::uint64_t sequence = 0;
+  double cos_squares = 0;
+  // Noise that alternates vanishes in each mean. The bias becomes known at 50 s.
+  for (int i = 0; i < 1000; ++i) {
+    if (i == 500)
+      run.emit(make_bias({{BiasTerm::OffsetRange, 30},
+                          {BiasTerm::OffsetAzimuth, 0.05 * deg},
+                          {BiasTerm::OffsetElevation, -0.02 * deg}}));
+    const double noise = i % 2 == 0 ? 25 : -25;
+    run.emit(make_plot(++sequence, i * 0.1, {bias.range_m + noise, bias.azimuth_rad, bias.elevation_rad}));
+    const double c = std::cos(make_plot(0, i * 0.1, {}).measured.elevation_rad);
+    cos_squares += c * c / 1000;
+  }
+  const RadarScore score = scorer.summary().radars.at(0);
+  EXPECT_EQ(score.plots, 1000u);
+  EXPECT_NEAR(score.before.range_m, 30, 1e-6);
+  EXPECT_NEAR(score.before.azimuth_rad, 0.05 * deg * std::sqrt(cos_squares), 1e-4 * deg);
+  EXPECT_NEAR(score.before.elevation_rad, 0.02 * deg, 1e-12);
+  EXPECT_NEAR(score.after.range_m, 30 * std::sqrt(0.5), 1e-6);  // five of ten intervals
+  EXPECT_NEAR(score.after.elevation_rad, 0.02 * deg * std::sqrt(0.5), 1e-12);
+}
+
+TEST(RadarScore, TakesOutCartesianAndTimeTerms) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_bias({{BiasTerm::TimeTag, 0.02}}));
+  for (std::uint64_t i = 1; i <= 90; ++i) run.emit(make_plot(i, static_cast<double>(i), {}, 0.02));
+  const RadarScore late_stamps = scorer.summary().radars.at(0);
+  EXPECT_GT(late_stamps.before.range_m, 1);
+  EXPECT_LT(late_stamps.after.range_m, 1e-6);
+
+  Scorer cartesian_scorer = make_scorer();
+  ResultSink& cartesian = cartesian_scorer.open_run("fused");
+  cartesian.emit(make_bias({{BiasTerm::OffsetSouth, 40}, {BiasTerm::OffsetEast, -30}, {BiasTerm::OffsetZenith, 20}}));
+  for (std::uint64_t i = 1; i <= 90; ++i) {
+    Observation plot = make_plot(i, static_cast<double>(i), {});
+    const Eigen::Vector3d moved = enu_from_polar(plot.measured).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
+    plot.measured = polar_from_enu({moved});
+    cartesian.emit(plot);
+  }
+  const RadarScore moved = cartesian_scorer.summary().radars.at(0);
+  EXPECT_GT(moved.before.range_m, 10);
+  EXPECT_LT(moved.after.range_m, 1e-6);
+  EXPECT_LT(moved.after.azimuth_rad, 1e-12);
+  EXPECT_LT(moved.after.elevation_rad, 1e-12);
+}
+
+TEST(RadarScore, LeavesOutRejectedPlotsAndOtherMethodsBiases) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
+  other.method = "joint";
+  run.emit(other);
+  run.emit(make_plot(1, 1, {10, 0, 0}));
+  Observation gated = make_plot(2, 2, {5000, 0, 0});
+  run.emit(gated);
+  gated.verdict = Reason::Gated;  // the method's verdict comes after ingest's
+  run.emit(gated);
+  Observation refused = make_plot(3, 3, {7000, 0, 0});
+  refused.verdict = Reason::OutOfLimits;
+  run.emit(refused);
+  const RadarScore score = scorer.summary().radars.at(0);
+  EXPECT_EQ(score.plots, 1u);
+  EXPECT_EQ(score.rejected, 2u);
+  EXPECT_NEAR(score.before.range_m, 10, 1e-6);
+  EXPECT_NEAR(score.after.range_m, 10, 1e-6);
+}
+
+TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  for (int i = 0; i < 20; ++i) run.emit(make_command(i, 0, (i + 1) * 1e-3, 1e-3));  // elevation: 1 to 20 mrad
+  SlavingCommand coasting = make_command(30, 1e-3, 0, 1e-3);
+  coasting.source = SlavingSource::Coasting;
+  coasting.azimuth_rad += 2 * std::numbers::pi;  // unwrapped: a full turn is no error
+  coasting.age_s = 0.5;
+  run.emit(coasting);
+  SlavingCommand held = make_command(31, 0, 0.3, 1e-3);
+  held.limits = LimitElevation;
+  run.emit(held);
+  const auto pointing = scorer.summary().pointing;
+  ASSERT_EQ(pointing.size(), 2u);
+  EXPECT_EQ(pointing[0].source, SlavingSource::Fused);
+  EXPECT_EQ(pointing[0].commands, 21u);
+  EXPECT_EQ(pointing[0].held, 1u);
+  EXPECT_NEAR(pointing[0].rms_rad, 1e-3 * std::sqrt(21 * 41 / 6.0), 1e-12);
+  EXPECT_NEAR(pointing[0].p95_rad, 19e-3, 1e-12);
+  EXPECT_NEAR(pointing[0].worst_rad, 20e-3, 1e-12);
+  // All 20 azimuths and the elevations of 1 and 2 mrad; the limit itself is left to rounding.
+  EXPECT_NEAR(pointing[0].inside_2_sigma, 21.5 / 40, 0.6 / 40);
+  EXPECT_NEAR(pointing[0].mean_age_s, 0.1, 1e-12);
+  EXPECT_EQ(pointing[1].source, SlavingSource::Coasting);
+  EXPECT_NEAR(pointing[1].rms_rad, 1e-3 * std::cos(look(30).elevation_rad), 1e-9);
+  EXPECT_NEAR(pointing[1].worst_age_s, 0.5, 1e-12);
+}
+
+TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
+  Scorer scorer(make_range(), "kslv", truth, liftoff,
+                {{"boost", 125, 160}, {"coast", 250, 390}, {"late", 370, 470}, {"all", 0, 480}});
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_trajectory(1, Eigen::Vector3d(1234.5, 0, 0), 20));
+  run.emit(make_trajectory(2, Eigen::Vector3d(12345678, 0, 0), 20));
+  run.emit(make_plot(1, 1, {1e6, 2, 1}));
+  run.emit(make_command(1, 3, 0.1, 1e-3));
+  ResultSink& alone = scorer.open_run("a radar with a very long name alone");
+  alone.emit(make_trajectory(1, Eigen::Vector3d(3, 4, 0), 20));
+  const std::string text = format_text(scorer.summary());
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_NE(text.find("fused (song2015)"), std::string::npos);
+  EXPECT_NE(text.find("all 0-480 s"), std::string::npos);
+  EXPECT_NE(text.find("    5.0    5.0    5.0  100"), std::string::npos) << text;
+  EXPECT_NE(text.find("goheung"), std::string::npos);
+  EXPECT_NE(text.find("dish"), std::string::npos);
+
+  const auto json = nlohmann::json::parse(format_json(scorer.summary()));
+  EXPECT_EQ(json["trajectories"][0]["label"], "fused (song2015)");
+  EXPECT_EQ(json["trajectories"][1]["phases"][3]["phase"], "all");
+  EXPECT_NEAR(json["trajectories"][1]["phases"][3]["rms_m"].get<double>(), 5, 1e-6);
+  EXPECT_EQ(json["trajectories"][1]["phases"][0]["samples"], 0);
+  EXPECT_EQ(json["radars"][0]["plots"], 1);
+  EXPECT_EQ(json["pointing"][0]["source"], "fused");
+}
+
+TEST(Report, OfNothingIsStillATable) {
+  Scorer scorer = make_scorer();
+  EXPECT_NE(format_text(scorer.summary()).find("Position error"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(format_json(scorer.summary()))["trajectories"].empty());
+}
+
+}  // namespace
+}  // namespace downrange::sim
