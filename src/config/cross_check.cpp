@@ -90,6 +90,10 @@ void check_instruments(const RangeConfig& range, const Checker& check) {
   }
   for (std::size_t i = 0; i < range.antennas.size(); ++i) {
     const AntennaConfig& a = range.antennas[i];
+    const bool known =
+        a.target.empty() || std::ranges::find(range.targets, a.target, &TargetConfig::id) != range.targets.end();
+    check.require(known, entry("antenna", i, "target"),
+                  "found \"" + std::string(a.target.view()) + "\", allowed: the id of a [[target]]");
     ordered(check, a.azimuth_min_rad, a.azimuth_max_rad, entry("antenna", i, "azimuth_max_deg"), "azimuth_min_deg");
     ordered(check, a.elevation_min_rad, a.elevation_max_rad, entry("antenna", i, "elevation_max_deg"),
             "elevation_min_deg");

@@ -114,7 +114,8 @@ Section antenna_section() {
   return many<A>(
       "antenna", 0, "An antenna or optical tracker to be pointed.",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.antennas; },
-      with_site<A>({id("id", at(&A::id), required, "antenna_id on the topics")},
+      with_site<A>({id("id", at(&A::id), required, "antenna_id on the topics"),
+                    id("target", at(&A::target), optional, "id of the target it follows; left out: the first")},
                    {
                        number("azimuth_min_deg", at(&A::azimuth_min_rad), {-1080, 1080}, optional,
                               "lower end of the azimuth travel, cable wrap included"),
