@@ -1,0 +1,154 @@
+// What a replay gets out of an archive, and the comparison of two archives.
+
+#include <archive/compare.hpp>
+#include <archive/replay.hpp>
+
+#include "archive_testing.hpp"
+
+namespace downrange::archive {
+namespace {
+
+TEST(ArchiveReplay, StreamsTheEventsInOrderAndTheLastTick) {
+  const TemporaryFolder folder;
+  {
+    Writer writer(folder / "a.mcap");
+    write_all_kinds(writer);
+  }
+  EventSource source(folder / "a.mcap");
+  std::vector<Truth> truths;
+  source.on_truth([&](const Truth& truth) { truths.push_back(truth); });
+  std::vector<Event> events;
+  while (auto event = source.next()) events.push_back(*event);
+
+  ASSERT_EQ(events.size(), 4u) << "the observation that the engine made is not an event";
+  EXPECT_TRUE(std::holds_alternative<MissionEvent>(events[0]));
+  EXPECT_TRUE(std::holds_alternative<RadarTspi>(events[1]));
+  EXPECT_TRUE(std::holds_alternative<GpsFix>(events[2]));
+  EXPECT_TRUE(std::holds_alternative<Observation>(events[3]));
+  EXPECT_EQ(source.last_tick(), t0 + milliseconds(1000));
+  EXPECT_EQ(truths.size(), 1u);
+  EXPECT_FALSE(source.truncated());
+  EXPECT_EQ(source.progress(), 1.0);
+}
+
+TEST(ArchiveReplay, GivesTheAttachedConfiguration) {
+  const TemporaryFolder folder;
+  {
+    Writer writer(folder / "a.mcap");
+    write_all_kinds(writer);
+  }
+  EXPECT_EQ(read_attachment(folder / "a.mcap", "config.toml"), "[range]\nname = \"naro\"\n");
+  EXPECT_EQ(read_attachment(folder / "a.mcap", "other.toml"), std::nullopt);
+}
+
+TEST(ArchiveReplay, ChunksCloseBySizeAndByLogTime) {
+  const TemporaryFolder folder;
+  WriterOptions options;
+  options.chunk_size = 4096;
+  Writer small(folder / "small.mcap", options);
+  for (std::uint64_t i = 0; i < 200; ++i) small.write(Event(some_radar(i)));
+  EXPECT_GT(small.close().chunks_written, 4u);
+
+  Writer timed(folder / "timed.mcap");  // 20 per second for ten seconds
+  for (std::uint64_t i = 0; i < 200; ++i) timed.write(Event(some_radar(i)));
+  EXPECT_EQ(timed.close().chunks_written, 10u);
+
+  for (const char* name : {"small.mcap", "timed.mcap"}) {
+    EventSource source(folder / name);
+    std::uint64_t expected = 0;
+    while (const auto event = source.next()) EXPECT_EQ(std::get<RadarTspi>(*event).sequence, expected++);
+    EXPECT_EQ(expected, 200u);
+  }
+}
+
+TEST(ArchiveReplay, TimesBefore1970AndNoTickSurvive) {
+  const TemporaryFolder folder;
+  RadarTspi radar = some_radar(1);
+  radar.epoch = {-5};
+  radar.received = {-4};
+  {
+    Writer writer(folder / "a.mcap");
+    writer.write(Event(radar));
+    writer.write_last_tick({std::numeric_limits<std::int64_t>::min()});
+  }
+  EventSource source(folder / "a.mcap");
+  EXPECT_EQ(std::get<RadarTspi>(source.next().value()).epoch, Time{-5});
+  EXPECT_FALSE(source.next());
+  EXPECT_EQ(source.last_tick(), Time{std::numeric_limits<std::int64_t>::min()});
+}
+
+TEST(ArchiveReplay, DoesNotRecordOverAFlight) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.mcap", "precious");
+  EXPECT_THROW(Writer(folder / "a.mcap"), ArchiveError);
+  EXPECT_EQ(read_bytes(folder / "a.mcap").size(), 8u);
+  EXPECT_THROW(Writer(folder / "no-such-folder/a.mcap"), ArchiveError);
+}
+
+TEST(ArchiveReplay, WritesAfterCloseAreLostAndCounted) {
+  const TemporaryFolder folder;
+  Writer writer(folder / "a.mcap");
+  writer.write(Event(some_radar(1)));
+  EXPECT_TRUE(writer.close().ok());
+  writer.write(Event(some_radar(2)));
+  EXPECT_EQ(writer.status().messages_lost, 1u);
+  EXPECT_FALSE(writer.close().ok());
+}
+
+class ArchiveCompare : public testing::Test {
+ protected:
+  /// `events` first, so that two archives reach a result at different file positions.
+  std::filesystem::path write(const std::string& name, int events, const std::vector<Result>& results) {
+    Writer writer(folder_ / name);
+    for (int i = 0; i < events; ++i) writer.write(Event(some_radar(1)));
+    for (const Result& result : results) writer.write(result);
+    EXPECT_TRUE(writer.close().ok());
+    return folder_ / name;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ArchiveCompare, SameResultsAreIdenticalWhateverCameBetween) {
+  const auto a = write("a", 3, {some_trajectory(), some_slaving(), some_trajectory()});
+  const auto b = write("b", 40, {some_slaving(), some_trajectory(), some_trajectory()});
+  const CompareReport report = compare(a, b);
+  EXPECT_TRUE(report.identical());
+  EXPECT_FALSE(compare(a, b, {"range/radar_tspi"}).identical()) << "3 and 40 plots";
+  EXPECT_FALSE(compare(a, b, {"no/such/topic"}).identical()) << "nothing compared is not identical";
+}
+
+TEST_F(ArchiveCompare, OneBitOfOneRecordIsFound) {
+  Trajectory other = some_trajectory();
+  other.state[4] = std::nextafter(other.state[4], 1e9);
+  const auto a = write("a", 1, {some_trajectory(), some_trajectory(), some_slaving()});
+  const auto b = write("b", 1, {some_trajectory(), other, some_slaving()});
+  for (const TopicComparison& topic : compare(a, b).topics) {
+    if (topic.topic != "downrange/trajectory") {
+      EXPECT_FALSE(topic.first) << topic.topic;
+      continue;
+    }
+    EXPECT_EQ(topic.count_a, 2u);
+    ASSERT_TRUE(topic.first);
+    EXPECT_EQ(topic.first->index, 1u);
+    EXPECT_EQ(topic.first->log_time, static_cast<std::uint64_t>(other.received.ns));
+    EXPECT_NE(topic.first->what.find("payloads"), std::string::npos);
+  }
+}
+
+TEST_F(ArchiveCompare, MissingRecordsAreFound) {
+  const auto a = write("a", 1, {some_slaving(), some_slaving()});
+  const auto b = write("b", 1, {some_slaving()});
+  const CompareReport report = compare(a, b, {"downrange/slaving"});
+  ASSERT_TRUE(report.topics.at(0).first);
+  EXPECT_EQ(report.topics[0].first->what, "2 messages and 1");
+}
+
+TEST_F(ArchiveCompare, RefusesAFileThatIsCutOff) {
+  const auto a = write("a", 1, {some_slaving()});
+  const auto b = write("b", 1, {some_slaving()});
+  std::filesystem::resize_file(b, std::filesystem::file_size(b) - 20);
+  EXPECT_THROW(static_cast<void>(compare(a, b)), ArchiveError);
+}
+
+}  // namespace
+}  // namespace downrange::archive

@@ -1,0 +1,242 @@
+/// The range paper's method on drawn flights: bias found, track honest, order and doubles irrelevant, alarms ring.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/method.hpp>
+#include <numbers>
+#include <random>
+
+namespace downrange {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+
+struct Flight {
+  MethodSettings settings;
+  std::vector<Measurement> measurements;  ///< in order of epoch
+};
+
+/// A vehicle climbing with constant acceleration past two radars with polar biases; GPS at 1 Hz with velocity.
+Position<Ecef> truth_at(const Site& pad, double t) {
+  return pad.ecef_of({{30 * t, -400 * t - 3 * t * t, 300 * t + 4 * t * t}});
+}
+
+Flight draw_flight(std::uint64_t seed, double duration_s, bool with_bias, bool with_gps = true) {
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> normal;
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  Flight f;
+  const PolarSigma sigma{25, 0.01 * deg, 0.01 * deg};
+  f.settings.radars = {{Site({34.4450 * deg, 127.52 * deg, 120}), sigma},
+                       {Site({33.29 * deg, 126.46 * deg, 350}), sigma}};
+  f.settings.stations = 2;
+  const Polar bias[2] = {{40, 0.04 * deg, -0.03 * deg}, {-35, -0.03 * deg, 0.02 * deg}};
+  std::uint64_t sequence = 0;
+  for (int i = 0; i < static_cast<int>(duration_s * 20); ++i) {
+    for (int radar = 0; radar < 2; ++radar) {
+      if (radar == 0 && i % 2 == 1) continue;
+      const double t = 10 + i * 0.05 + (radar == 0 ? 0.013 : 0.031);
+      Polar q = polar_from_enu(f.settings.radars[static_cast<std::size_t>(radar)].site.enu_of(truth_at(pad, t)));
+      q.range_m += sigma.range_m * normal(rng);
+      q.azimuth_rad += sigma.azimuth_rad * normal(rng);
+      q.elevation_rad += sigma.elevation_rad * normal(rng);
+      if (with_bias) {
+        q.range_m += bias[radar].range_m;
+        q.azimuth_rad += bias[radar].azimuth_rad;
+        q.elevation_rad += bias[radar].elevation_rad;
+      }
+      Measurement m;
+      m.epoch = Time{} + seconds(t);
+      m.source = radar;
+      m.sequence = ++sequence;
+      m.plot = q;
+      f.measurements.push_back(m);
+    }
+    if (with_gps && i % 20 == 0) {
+      const double t = 10 + i * 0.05;
+      Measurement m;
+      m.epoch = Time{} + seconds(t);
+      m.kind = Measurement::Kind::Gps;
+      m.sequence = ++sequence;
+      m.position = truth_at(pad, t);
+      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal(rng);
+      m.velocity.m_s = (truth_at(pad, t + 0.01).m - truth_at(pad, t - 0.01).m) / 0.02;
+      for (int k = 0; k < 3; ++k) m.velocity.m_s[k] += 0.2 * normal(rng);
+      m.velocity_valid = true;
+      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+      m.sigma_velocity_m_s = 0.2;
+      f.measurements.push_back(m);
+    }
+  }
+  std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
+  return f;
+}
+
+struct Flown {
+  double rms_m = 0;
+  double inside95 = 0;
+};
+
+Flown fly(Method& method, const Flight& f, double from_s) {
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  double sum = 0;
+  int inside = 0;
+  int n = 0;
+  for (const Measurement& m : f.measurements) {
+    (void)method.process(m, m.epoch);
+    const auto e = method.fused(0);
+    if (!e || m.epoch < Time{} + seconds(from_s)) continue;
+    const Vec<3> error = e->mean.head<3>() - truth_at(pad, (e->epoch - Time{}).seconds()).m;
+    sum += error.squaredNorm();
+    inside += error.dot(e->cov.topLeftCorner<3, 3>().llt().solve(error)) <= chi2_quantile(0.95, 3) ? 1 : 0;
+    ++n;
+  }
+  return {std::sqrt(sum / n), static_cast<double>(inside) / n};
+}
+
+TEST(Song2015, TakesTheBiasOutAndSaysHowWell) {
+  const Flight f = draw_flight(1, 60, true);
+  const auto corrected = make_method("song2015", f.settings);
+  const auto uncorrected = make_method("uncorrected", f.settings);
+  const Flown with = fly(*corrected, f, 30);
+  const Flown without = fly(*uncorrected, f, 30);
+  EXPECT_LT(with.rms_m, 0.5 * without.rms_m) << "corrected " << with.rms_m << " uncorrected " << without.rms_m;
+  EXPECT_GT(with.inside95, 0.85);
+  EXPECT_LT(without.inside95, 0.5);  // the covariance of the uncorrected fusion lies: the reason for all this
+  for (int radar = 0; radar < 2; ++radar) {
+    const BiasEstimate b = corrected->bias(radar);
+    ASSERT_EQ(b.terms, 6);
+    EXPECT_EQ(b.reference, BiasReference::Gps);
+    EXPECT_GT(b.samples, 500u);
+    EXPECT_GT((b.cov.topLeftCorner<6, 6>().llt().matrixL().toDenseMatrix().diagonal().minCoeff()), 0);
+    EXPECT_EQ(uncorrected->bias(radar).terms, 0);
+  }
+}
+
+TEST(Song2015, WithoutBiasNothingIsLostOnAverage) {
+  double with = 0;
+  double without = 0;
+  for (std::uint64_t seed = 20; seed < 24; ++seed) {
+    const Flight f = draw_flight(seed, 30, false);
+    with += fly(*make_method("song2015", f.settings), f, 25).rms_m;
+    without += fly(*make_method("uncorrected", f.settings), f, 25).rms_m;
+  }
+  EXPECT_LT(with, 1.5 * without);
+}
+
+TEST(Song2015, SignOfTheBiasIsMeasuredMinusTrue) {
+  // A radar 200 m too long in range, seen along its line of sight: the compensated plot is 200 m shorter.
+  Flight f = draw_flight(3, 40, false);
+  for (Measurement& m : f.measurements)
+    if (m.kind == Measurement::Kind::Radar && m.source == 1) m.plot.range_m += 200;
+  const auto method = make_method("song2015", f.settings);
+  Polar last;
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (m.kind == Measurement::Kind::Radar && m.source == 1) last = m.plot;
+  }
+  const BiasEstimate b = method->bias(1);
+  const Polar compensated = compensate(last, {b.term.data(), 6}, {b.value.data(), 6});
+  EXPECT_NEAR(last.range_m - compensated.range_m, 200, 25);
+}
+
+TEST(Song2015, ShuffledArrivalGivesTheInOrderBits) {
+  const Flight f = draw_flight(4, 30, true);
+  const auto in_order = make_method("song2015", f.settings);
+  for (const Measurement& m : f.measurements) (void)in_order->process(m, m.epoch);
+
+  std::mt19937_64 rng(99);
+  std::vector<std::pair<Time, std::size_t>> arrival;
+  for (std::size_t i = 0; i < f.measurements.size(); ++i) {
+    const bool gps = f.measurements[i].kind == Measurement::Kind::Gps;
+    const auto delay = milliseconds(static_cast<std::int64_t>(gps ? 500 + rng() % 1500 : rng() % 300));
+    arrival.push_back({f.measurements[i].epoch + delay, i});
+  }
+  std::sort(arrival.begin(), arrival.end());
+  const auto shuffled = make_method("song2015", f.settings);
+  for (const auto& [received, i] : arrival) (void)shuffled->process(f.measurements[i], received);
+
+  const auto a = in_order->fused(0);
+  const auto b = shuffled->fused(0);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->mean, b->mean);
+  EXPECT_EQ(a->cov, b->cov);
+  for (int radar = 0; radar < 2; ++radar) {
+    EXPECT_EQ(in_order->bias(radar).value, shuffled->bias(radar).value);
+    EXPECT_EQ(in_order->account(radar).accepted, shuffled->account(radar).accepted);
+  }
+}
+
+TEST(Song2015, OutliersAreGatedAndTheTrackDoesNotMove) {
+  Flight f = draw_flight(5, 40, true);
+  int planted = 0;
+  for (std::size_t i = 600; i < f.measurements.size(); i += 97) {
+    if (f.measurements[i].kind != Measurement::Kind::Radar) continue;
+    f.measurements[i].plot.range_m += 3000;
+    ++planted;
+  }
+  const auto method = make_method("song2015", f.settings);
+  const Flown flown = fly(*method, f, 25);
+  EXPECT_EQ(method->account(0).gated + method->account(1).gated, static_cast<std::uint64_t>(planted));
+  EXPECT_LT(flown.rms_m, 40);
+}
+
+TEST(Song2015, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {
+  Flight f = draw_flight(6, 60, true);
+  for (Measurement& m : f.measurements)
+    if (m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch > Time{} + seconds(40)) m.plot.range_m += 280;
+  const auto method = make_method("song2015", f.settings);
+  for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
+  EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.reopen_after) - 1);
+  EXPECT_EQ(method->account(1).rejected_in_row, 0);
+}
+
+TEST(Song2015, AFrozenReceiverIsRejectedButOneAtRestIsNot) {
+  Flight f = draw_flight(7, 20, false);
+  const auto method = make_method("song2015", f.settings);
+  Measurement last_fix;
+  int frozen = 0;
+  for (Measurement m : f.measurements) {
+    if (m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(20)) {
+      m.position = last_fix.position;
+      m.velocity = last_fix.velocity;
+      frozen += method->process(m, m.epoch).verdict == Verdict::Frozen ? 1 : 0;
+      continue;
+    }
+    if (m.kind == Measurement::Kind::Gps) last_fix = m;
+    (void)method->process(m, m.epoch);
+  }
+  EXPECT_GE(frozen, 8);
+
+  Measurement parked = last_fix;
+  parked.velocity = {};
+  const auto at_rest = make_method("song2015", f.settings);
+  for (int i = 0; i < 20; ++i) {
+    parked.epoch = Time{} + milliseconds(500 * i);
+    EXPECT_EQ(at_rest->process(parked, parked.epoch).verdict, Verdict::Accepted);
+  }
+}
+
+TEST(Song2015, GpsLostFreezesTheBiasesAndGpsBackWins) {
+  Flight f = draw_flight(8, 60, true);
+  std::erase_if(f.measurements, [](const Measurement& m) {
+    return m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(35) && m.epoch < Time{} + seconds(60);
+  });
+  const auto method = make_method("song2015", f.settings);
+  BiasState during{};
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (m.epoch < Time{} + seconds(59)) during = method->bias(0).state[0];
+  }
+  EXPECT_EQ(during, BiasState::Frozen);
+  EXPECT_NE(method->bias(0).state[0], BiasState::Frozen);
+}
+
+TEST(Methods, UnknownNameIsRefused) {
+  EXPECT_THROW((void)make_method("song2016", {}), std::invalid_argument);
+  EXPECT_EQ(method_names().front(), "song2015");
+}
+
+}  // namespace
+}  // namespace downrange

@@ -1,0 +1,194 @@
+/// The engine: ticks before events, same bits again, split like whole, doubles and order irrelevant, health counts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <downrange/stage/engine.hpp>
+
+#include "../support/small_range.hpp"
+
+namespace downrange {
+namespace {
+
+using test::Collector;
+using test::small_flight;
+using test::small_range;
+
+Collector run(const RangeConfig& range, const std::vector<Event>& events, StageSet stages = {}) {
+  Collector out;
+  Engine engine(range, stages, out);
+  for (const Event& e : events) engine.handle(engine.admit(e));
+  return out;
+}
+
+/// Everything of a trajectory that an antenna or an analyst sees.
+auto key_of(const Trajectory& t) {
+  return std::tie(t.target, t.method, t.epoch, t.received, t.state, t.covariance, t.sources, t.nis);
+}
+auto key_of(const SlavingCommand& c) {
+  return std::tie(c.antenna, c.tick, c.apply_at, c.data_epoch, c.azimuth_rad, c.elevation_rad, c.range_m,
+                  c.azimuth_rate_rad_s, c.sigma_azimuth_rad, c.source, c.limits);
+}
+auto key_of(const SensorBias& b) {
+  return std::tie(b.sensor, b.method, b.epoch, b.received, b.value, b.covariance, b.samples);
+}
+
+template <class T>
+void expect_same(const Collector& a, const Collector& b) {
+  const auto x = a.of<T>();
+  const auto y = b.of<T>();
+  ASSERT_EQ(x.size(), y.size());
+  ASSERT_FALSE(x.empty());
+  for (std::size_t i = 0; i < x.size(); ++i) ASSERT_TRUE(key_of(x[i]) == key_of(y[i])) << "record " << i;
+}
+
+TEST(Engine, SameEventsSameBits) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 30, 1);
+  const Collector a = run(range, events);
+  const Collector b = run(range, events);
+  expect_same<Trajectory>(a, b);
+  expect_same<SlavingCommand>(a, b);
+  expect_same<SensorBias>(a, b);
+}
+
+TEST(Engine, SplitIntoIngestAndCentreGivesTheSameBits) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 30, 2);
+  const Collector whole = run(range, events);
+  const Collector ingest = run(range, events, {.ingest = true, .align = false, .fuse = false, .slave = false});
+  std::vector<Event> observations;
+  for (const Observation& o : ingest.of<Observation>()) observations.emplace_back(o);
+  EXPECT_EQ(observations.size(), events.size());
+  EXPECT_TRUE(ingest.of<Trajectory>().empty());
+  const Collector centre = run(range, observations, {.ingest = false, .align = true, .fuse = true, .slave = true});
+  expect_same<Trajectory>(whole, centre);
+  expect_same<SlavingCommand>(whole, centre);
+  expect_same<SensorBias>(whole, centre);
+}
+
+TEST(Engine, TicksRunBeforeEventsAndOnTheUtcGrid) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 10, 3);
+  const Collector out = run(range, events);
+  Time last_tick{};
+  Time last_received{};
+  for (const Result& r : out.results) {
+    if (const auto* c = std::get_if<SlavingCommand>(&r)) {
+      EXPECT_EQ(c->tick.ns % range.tick.ns, 0);
+      EXPECT_GE(c->tick, last_received);  // a tick after the events before it
+      last_tick = c->tick;
+    }
+    if (const auto* o = std::get_if<Observation>(&r)) {
+      EXPECT_LE(last_tick, o->received);  // and before the events after it
+      last_received = o->received;
+    }
+  }
+  EXPECT_GT(last_tick.ns, 0);
+}
+
+TEST(Engine, AnEventStampedBeforeTheLastTickIsRaisedToIt) {
+  const RangeConfig range = small_range();
+  Collector out;
+  Engine engine(range, {}, out);
+  engine.advance_to(test::liftoff + seconds(10.0));
+  const Time tick = engine.last_tick();
+  EXPECT_EQ(tick, test::liftoff + seconds(10.0));
+  const Event early = test::plot_at(range.radars[0], 9.9, 1, 0.01);
+  EXPECT_EQ(received_of(engine.admit(early)), tick);
+  const Event later = test::plot_at(range.radars[0], 10.1, 2, 0.01);
+  EXPECT_EQ(received_of(engine.admit(later)), test::liftoff + seconds(10.11));
+}
+
+TEST(Engine, DoublesChangeNothing) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 30, 4);
+  std::vector<Event> doubled;
+  for (const Event& e : events) {
+    doubled.push_back(e);
+    doubled.push_back(e);
+  }
+  const Collector once = run(range, events);
+  const Collector twice = run(range, doubled);
+  expect_same<Trajectory>(once, twice);
+  expect_same<SlavingCommand>(once, twice);
+}
+
+TEST(Engine, ArrivalShuffledInsideTheHistoryEndsInTheInOrderEstimate) {
+  const RangeConfig range = small_range();
+  auto events = small_flight(range, 30, 5);
+  // In order: everything received the instant it was true. Shuffled: up to 3 s late; then one last plot for both.
+  std::mt19937_64 rng(6);
+  auto in_order = events;
+  for (Event& e : in_order)
+    std::visit(
+        [](auto& x) {
+          if constexpr (requires { x.epoch; }) x.received = x.epoch;
+        },
+        e);
+  auto shuffled = in_order;
+  for (Event& e : shuffled) set_received(e, received_of(e) + milliseconds(static_cast<std::int64_t>(rng() % 3000)));
+  const auto by_received = [](const Event& a, const Event& b) { return received_of(a) < received_of(b); };
+  std::stable_sort(in_order.begin(), in_order.end(), by_received);
+  std::stable_sort(shuffled.begin(), shuffled.end(), by_received);
+  const Event last = test::plot_at(range.radars[0], 34, 100000);
+  in_order.push_back(last);
+  shuffled.push_back(last);
+  const auto a = run(range, in_order).of<Trajectory>();
+  const auto b = run(range, shuffled).of<Trajectory>();
+  ASSERT_FALSE(a.empty());
+  EXPECT_TRUE(key_of(a.back()) == key_of(b.back()));
+}
+
+TEST(Engine, HealthCountsEverySampleOnce) {
+  const RangeConfig range = small_range();
+  auto events = small_flight(range, 20, 7);
+  RadarTspi stranger = test::plot_at(range.radars[0], 19, 1);
+  stranger.sensor = "stranger";
+  events.emplace_back(stranger);
+  Collector out;
+  Engine engine(range, {}, out);
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return received_of(a) < received_of(b); });
+  for (const Event& e : events) engine.handle(engine.admit(e));
+  engine.advance_to(test::liftoff + seconds(30.0));
+  std::uint64_t total = 0;
+  std::uint64_t duplicates = 0;
+  std::uint64_t unknown = 0;
+  for (const SourceHealth& h : out.of<SourceHealth>()) {
+    if (h.time != test::liftoff + seconds(30.0)) continue;
+    for (const std::uint64_t n : h.count) total += n;
+    duplicates += h.count[static_cast<std::size_t>(Reason::Duplicate)];
+    unknown += h.count[static_cast<std::size_t>(Reason::UnknownSource)];
+    EXPECT_EQ(h.rate_hz, 0);  // nothing came in the last second
+  }
+  EXPECT_EQ(total, events.size());
+  EXPECT_EQ(duplicates, 20u);  // every fix comes by two stations
+  EXPECT_EQ(unknown, 1u);
+}
+
+TEST(Engine, AbsurdInputLeavesNoTrace) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 20, 8);
+  std::vector<Event> poisoned;
+  std::mt19937_64 rng(9);
+  for (const Event& e : events) {
+    if (const auto* p = std::get_if<RadarTspi>(&e)) {
+      RadarTspi bad = *p;
+      bad.sequence += 1'000'000;
+      bad.epoch = bad.epoch + milliseconds(7);
+      const double absurd[] = {std::nan(""), INFINITY, -1e300, 1e300, 1e18};
+      bad.measured.range_m = absurd[rng() % 5];
+      bad.measured.azimuth_rad = absurd[rng() % 5];
+      poisoned.emplace_back(bad);
+    }
+    poisoned.push_back(e);
+  }
+  const Collector clean = run(range, events);
+  const Collector dirty = run(range, poisoned);
+  expect_same<Trajectory>(clean, dirty);
+  expect_same<SlavingCommand>(clean, dirty);
+}
+
+}  // namespace
+}  // namespace downrange

@@ -1,0 +1,124 @@
+/// Every reason of ingest rings, once, and nothing else does.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "../support/small_range.hpp"
+#include "stage/ingest.hpp"
+
+namespace downrange {
+namespace {
+
+using test::deg;
+using test::fix_at;
+using test::plot_at;
+
+struct RadarCase {
+  const char* what;
+  std::function<void(RadarTspi&)> change;
+  Reason expected;
+};
+
+TEST(Ingest, RadarReasons) {
+  const RangeConfig range = test::small_range();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<RadarCase> cases{
+      {"good", [](RadarTspi&) {}, Reason::Accepted},
+      {"sensor", [](RadarTspi& p) { p.sensor = "nobody"; }, Reason::UnknownSource},
+      {"target", [](RadarTspi& p) { p.target = "nobody"; }, Reason::UnknownSource},
+      {"live input to a simulated node", [](RadarTspi& p) { p.simulated = false; }, Reason::SimulatedMismatch},
+      {"mode", [](RadarTspi& p) { p.mode = TrackMode::Coast; }, Reason::NotTracking},
+      {"NaN range", [&](RadarTspi& p) { p.measured.range_m = nan; }, Reason::NotFinite},
+      {"infinite azimuth", [](RadarTspi& p) { p.measured.azimuth_rad = INFINITY; }, Reason::NotFinite},
+      {"range too long", [](RadarTspi& p) { p.measured.range_m = 5e6; }, Reason::OutOfLimits},
+      {"negative range", [](RadarTspi& p) { p.measured.range_m = -1; }, Reason::OutOfLimits},
+      {"below the horizon", [](RadarTspi& p) { p.measured.elevation_rad = -0.01; }, Reason::OutOfLimits},
+      {"too late", [](RadarTspi& p) { p.received = p.epoch + milliseconds(5001); }, Reason::TooLate},
+      {"just in time", [](RadarTspi& p) { p.received = p.epoch + milliseconds(4999); }, Reason::Accepted},
+      {"from the future", [](RadarTspi& p) { p.received = p.epoch - milliseconds(101); }, Reason::FromFuture},
+      {"a little early", [](RadarTspi& p) { p.received = p.epoch - milliseconds(99); }, Reason::Accepted},
+  };
+  for (const RadarCase& c : cases) {
+    Ingest ingest(range);
+    RadarTspi p = plot_at(range.radars[0], 30, 1);
+    c.change(p);
+    EXPECT_EQ(ingest.judge(p).verdict, c.expected) << c.what;
+  }
+}
+
+struct FixCase {
+  const char* what;
+  std::function<void(GpsFix&)> change;
+  Reason expected;
+};
+
+TEST(Ingest, GpsReasons) {
+  const RangeConfig range = test::small_range();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<FixCase> cases{
+      {"good", [](GpsFix&) {}, Reason::Accepted},
+      {"station", [](GpsFix& f) { f.station = "nobody"; }, Reason::UnknownSource},
+      {"two dimensions", [](GpsFix& f) { f.fix = FixType::TwoDimensional; }, Reason::NotTracking},
+      {"three satellites", [](GpsFix& f) { f.satellites = 3; }, Reason::NotTracking},
+      {"NaN", [&](GpsFix& f) { f.position.m[1] = nan; }, Reason::NotFinite},
+      {"NaN velocity", [&](GpsFix& f) { f.velocity.m_s[1] = nan; }, Reason::NotFinite},
+      {"NaN velocity that is not valid",
+       [&](GpsFix& f) {
+         f.velocity.m_s[1] = nan;
+         f.velocity_valid = false;
+       },
+       Reason::Accepted},
+      {"NaN sigma", [&](GpsFix& f) { f.sigma_vertical_m = nan; }, Reason::NotFinite},
+      {"inside the Earth", [](GpsFix& f) { f.position.m.setZero(); }, Reason::OutOfLimits},
+      {"as fast as light", [](GpsFix& f) { f.velocity.m_s[0] = 3e8; }, Reason::OutOfLimits},
+  };
+  for (const FixCase& c : cases) {
+    Ingest ingest(range);
+    GpsFix f = fix_at("goheung-tgs", 30, 1);
+    c.change(f);
+    EXPECT_EQ(ingest.judge(f).verdict, c.expected) << c.what;
+  }
+}
+
+TEST(Ingest, DoublesWhateverTheStation) {
+  const RangeConfig range = test::small_range();
+  Ingest ingest(range);
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 30, 1)).verdict, Reason::Accepted);
+  GpsFix again = fix_at("jeju-tgs", 30, 77, 0.9);
+  again.epoch = again.epoch + Duration{900'000};  // 0.9 ms: the same epoch
+  EXPECT_EQ(ingest.judge(again).verdict, Reason::Duplicate);
+  GpsFix other = fix_at("jeju-tgs", 30, 78, 0.9);
+  other.receiver = "second-receiver";
+  EXPECT_EQ(ingest.judge(other).verdict, Reason::Accepted);
+}
+
+TEST(Ingest, AClockThatStepsBackIsNotLateData) {
+  const RangeConfig range = test::small_range();
+  Ingest ingest(range);
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 30.0, 10)).verdict, Reason::Accepted);
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 29.3, 11, 1.3)).verdict, Reason::ClockStep);
+  // Late data: sent earlier, arrives later.
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 29.5, 9, 1.4)).verdict, Reason::Accepted);
+  // Once the stepped clock has passed the last good epoch its fixes count again.
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 30.3, 12, 1.3)).verdict, Reason::Accepted);
+  // A sender that restarts counts from one again: not a clock step.
+  EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 31.0, 1)).verdict, Reason::Accepted);
+}
+
+TEST(Ingest, AzimuthIsBroughtIntoOneTurn) {
+  const RangeConfig range = test::small_range();
+  Ingest ingest(range);
+  RadarTspi p = plot_at(range.radars[0], 30, 1);
+  p.measured.azimuth_rad = -10 * deg;
+  EXPECT_NEAR(ingest.judge(p).measured.azimuth_rad, 350 * deg, 1e-12);
+}
+
+TEST(Reasons, EachHasItsOwnName) {
+  for (std::size_t i = 0; i < reason_count; ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_NE(to_string(static_cast<Reason>(i)), to_string(static_cast<Reason>(j)));
+}
+
+}  // namespace
+}  // namespace downrange

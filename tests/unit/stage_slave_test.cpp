@@ -1,0 +1,162 @@
+/// Slaving: cable travel, exact parallax, rates, sigma, the ladder of sources, no command rather than a wrong one.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "../support/small_range.hpp"
+#include "stage/slave.hpp"
+
+namespace downrange {
+namespace {
+
+using test::deg;
+
+TEST(Travel, NearestTurnInsideTheTravel) {
+  const double min = -270 * deg;
+  const double max = 270 * deg;
+  EXPECT_NEAR(unwrap_into_travel(350 * deg, std::nullopt, min, max).azimuth_rad, -10 * deg, 1e-12);
+  // Crossing north going east: stays continuous.
+  EXPECT_NEAR(unwrap_into_travel(2 * deg, 359 * deg - 360 * deg, min, max).azimuth_rad, 2 * deg, 1e-12);
+  EXPECT_NEAR(unwrap_into_travel(359 * deg, 1 * deg, min, max).azimuth_rad, -1 * deg, 1e-12);
+  // Running on past 180 up to the end of the cable ...
+  EXPECT_NEAR(unwrap_into_travel(200 * deg, 199 * deg, min, max).azimuth_rad, 200 * deg, 1e-12);
+  // ... and beyond it: once around, and said so.
+  const TravelAzimuth around = unwrap_into_travel(271 * deg, 269.9 * deg, min, max);
+  EXPECT_NEAR(around.azimuth_rad, -89 * deg, 1e-12);
+  EXPECT_EQ(around.limits, LimitUnwrapped);
+  // Less than a full turn of travel: the end that is nearer.
+  const TravelAzimuth held = unwrap_into_travel(100 * deg, std::nullopt, -80 * deg, 80 * deg);
+  EXPECT_NEAR(held.azimuth_rad, 80 * deg, 1e-12);
+  EXPECT_EQ(held.limits, LimitAzimuth);
+}
+
+/// A method whose tracks are what the test says.
+struct Told final : Method {
+  Outcome process(const Measurement&, Time) override { return {}; }
+  std::optional<TrackEstimate> fused(int, std::optional<Time> at) const override { return moved(fused_track, at); }
+  std::optional<TrackEstimate> gps_track(int, Time at) const override { return moved(gps, at); }
+  BiasEstimate bias(int) const override { return {}; }
+  const SourceAccount& account(int) const override { return none; }
+
+  static std::optional<TrackEstimate> moved(std::optional<TrackEstimate> e, std::optional<Time> at) {
+    if (e && at) {
+      e->mean.head<3>() += e->mean.segment<3>(3) * (*at - e->epoch).seconds();
+      e->epoch = *at;
+    }
+    return e;
+  }
+  std::optional<TrackEstimate> fused_track;
+  std::optional<TrackEstimate> gps;
+  SourceAccount none;
+};
+
+TrackEstimate estimate_at(double t) {
+  TrackEstimate e;
+  e.epoch = e.data_epoch = test::liftoff + seconds(t);
+  e.mean.head<3>() = test::vehicle_at(t).m;
+  e.mean.segment<3>(3) = (test::vehicle_at(t + 0.01).m - test::vehicle_at(t - 0.01).m) / 0.02;
+  e.cov.topLeftCorner<6, 6>() = Mat<6, 6>::Identity() * 100;
+  return e;
+}
+
+TEST(Slave, PointsAtTheTargetFromItsOwnSiteAtTheInstantOfApplication) {
+  const RangeConfig range = test::small_range();
+  Told method;
+  method.fused_track = estimate_at(60);
+  Slave slave(range);
+  test::Collector out;
+  const Time tick = test::liftoff + seconds(60.0);
+  slave.tick(tick, method, out);
+  const auto commands = out.of<SlavingCommand>();
+  ASSERT_EQ(commands.size(), range.antennas.size());
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    const SlavingCommand& c = commands[i];
+    const Site& site = range.antennas[i].site;
+    EXPECT_EQ(c.apply_at, tick + milliseconds(50));
+    EXPECT_EQ(c.valid_until, c.apply_at + range.slave.validity);
+    EXPECT_NEAR(c.age_s, 0.05, 1e-9);
+    EXPECT_EQ(c.source, SlavingSource::Fused);
+    // Truth half a tick later: the climb's acceleration over 50 ms is centimetres.
+    const Polar exact = polar_from_enu(site.enu_of(test::vehicle_at(60.05)));
+    EXPECT_NEAR(wrap_pi(c.azimuth_rad - exact.azimuth_rad), 0, 1e-6);
+    EXPECT_NEAR(c.elevation_rad, exact.elevation_rad, 1e-6);
+    EXPECT_NEAR(c.range_m, exact.range_m, 0.1);
+    // Rates against central differences of the exact look angle.
+    const Polar before = polar_from_enu(site.enu_of(test::vehicle_at(59.95)));
+    const Polar after = polar_from_enu(site.enu_of(test::vehicle_at(60.15)));
+    EXPECT_NEAR(c.azimuth_rate_rad_s, wrap_pi(after.azimuth_rad - before.azimuth_rad) / 0.2, 2e-5);
+    EXPECT_NEAR(c.elevation_rate_rad_s, (after.elevation_rad - before.elevation_rad) / 0.2, 2e-5);
+    EXPECT_NEAR(c.range_rate_m_s, (after.range_m - before.range_m) / 0.2, 1.0);
+    // An isotropic 10 m is 10 m over the range in elevation, over the horizontal range in azimuth.
+    EXPECT_NEAR(c.sigma_elevation_rad, 10 / c.range_m, 1e-6 * 10);
+    EXPECT_NEAR(c.sigma_azimuth_rad, 10 / (c.range_m * std::cos(c.elevation_rad)), 1e-5);
+  }
+  // Parallax: two antennas, two directions.
+  EXPECT_GT(std::abs(wrap_pi(commands[0].azimuth_rad - commands[1].azimuth_rad)), 1 * deg);
+}
+
+TEST(Slave, LadderOfSources) {
+  const RangeConfig range = test::small_range();
+  const auto source_after = [&](Duration fused_age, std::optional<Duration> gps_age) -> std::optional<SlavingSource> {
+    Told method;
+    const Time tick = test::liftoff + seconds(60.0);
+    method.fused_track = estimate_at(60);
+    method.fused_track->data_epoch = tick - fused_age;
+    if (gps_age) {
+      method.gps = estimate_at(60);
+      method.gps->data_epoch = tick - *gps_age;
+    }
+    test::Collector out;
+    Slave(range).tick(tick, method, out);
+    const auto commands = out.of<SlavingCommand>();
+    if (commands.empty()) return std::nullopt;
+    return commands[0].source;
+  };
+  EXPECT_EQ(source_after(milliseconds(500), {}), SlavingSource::Fused);
+  EXPECT_EQ(source_after(milliseconds(501), {}), SlavingSource::Coasting);
+  EXPECT_EQ(source_after(milliseconds(5000), milliseconds(100)), SlavingSource::Coasting);
+  EXPECT_EQ(source_after(milliseconds(5001), milliseconds(100)), SlavingSource::Gps);
+  EXPECT_EQ(source_after(milliseconds(5001), milliseconds(5001)), std::nullopt);
+  EXPECT_EQ(source_after(milliseconds(5001), {}), std::nullopt);
+}
+
+TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
+  const RangeConfig range = test::small_range();
+  const Time tick = test::liftoff + seconds(60.0);
+  const auto commands_with = [&](auto change) {
+    Told method;
+    method.fused_track = estimate_at(60);
+    change(*method.fused_track);
+    test::Collector out;
+    Slave(range).tick(tick, method, out);
+    return out.of<SlavingCommand>().size();
+  };
+  EXPECT_EQ(commands_with([](TrackEstimate&) {}), 2u);
+  EXPECT_EQ(commands_with([](TrackEstimate& e) { e.mean[1] = std::nan(""); }), 0u);
+  EXPECT_EQ(commands_with([](TrackEstimate& e) { e.cov(0, 0) = std::nan(""); }), 0u);
+  EXPECT_EQ(commands_with([](TrackEstimate& e) { e.cov *= 1e9; }), 0u);
+  EXPECT_EQ(commands_with([&](TrackEstimate& e) {
+              e.mean.setZero();
+              e.mean.head<3>() = range.antennas[0].site.ecef().m;
+            }),
+            1u);  // no direction from the antenna at the target itself
+}
+
+TEST(Slave, HoldsTheEndOfTravelAndSaysSo) {
+  RangeConfig range = test::small_range();
+  range.antennas[0].elevation_max_rad = 10 * deg;
+  range.antennas[0].elevation_rate_max_rad_s = 1e-6;
+  Told method;
+  method.fused_track = estimate_at(20);
+  test::Collector out;
+  Slave(range).tick(test::liftoff + seconds(20.0), method, out);
+  const SlavingCommand c = out.of<SlavingCommand>().at(0);
+  EXPECT_EQ(c.elevation_rad, 10 * deg);
+  EXPECT_EQ(c.limits & LimitElevation, LimitElevation);
+  EXPECT_EQ(c.limits & LimitRate, LimitRate);
+  EXPECT_EQ(out.of<SlavingCommand>().at(1).limits, LimitNone);
+}
+
+}  // namespace
+}  // namespace downrange
