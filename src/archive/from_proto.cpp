@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <archive/convert.hpp>
+#include <limits>
+
+namespace downrange::archive {
+namespace {
+
+void fault(Defect& defect, std::string what) {
+  if (defect.what.empty()) defect.what = std::move(what);
+}
+
+Name name(const std::string& text, const char* field, Defect& defect) {
+  const auto parsed = Name::parse(text);
+  if (!parsed) fault(defect, std::string(field) + ": longer than 31 characters or holding a NUL");
+  return parsed.value_or(Name());
+}
+
+/// `last` is the highest enumerator.
+template <class Enum>
+Enum enumerator(int value, Enum last, const char* field, Defect& defect) {
+  if (value >= 0 && value <= static_cast<int>(last)) return static_cast<Enum>(value);
+  fault(defect, std::string(field) + ": no enumerator has the number " + std::to_string(value));
+  return Enum{};
+}
+
+std::uint8_t byte(std::uint32_t value, const char* field, Defect& defect) {
+  if (value > std::numeric_limits<std::uint8_t>::max()) fault(defect, std::string(field) + ": above 255");
+  return static_cast<std::uint8_t>(value);
+}
+
+/// Copies a repeated field of exactly `size` numbers to the front of a fixed array.
+template <class Field, class Array>
+void take(const Field& in, int size, Array& out, const char* field, Defect& defect) {
+  if (in.size() != size || in.size() > static_cast<int>(out.size())) {
+    fault(defect, std::string(field) + ": " + std::to_string(in.size()) + " entries instead of " +
+                      std::to_string(size) + " (at most " + std::to_string(out.size()) + ")");
+    return;
+  }
+  std::copy(in.begin(), in.end(), out.begin());
+}
+
+template <class Message>
+Position<Ecef> position(const Message& in) {
+  return {{in.position_x_m(), in.position_y_m(), in.position_z_m()}};
+}
+
+template <class Message>
+Velocity<Ecef> velocity(const Message& in) {
+  return {{in.velocity_x_m_s(), in.velocity_y_m_s(), in.velocity_z_m_s()}};
+}
+
+template <class Message>
+Polar polar(const Message& in) {
+  return {in.range_m(), in.azimuth_rad(), in.elevation_rad()};
+}
+
+}  // namespace
+
+RadarTspi from_proto(const record::RadarTspi& in, Defect& defect) {
+  RadarTspi out;
+  out.sensor = name(in.sensor(), "sensor", defect);
+  out.target = name(in.target(), "target", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.measured = polar(in);
+  out.range_rate_m_s = in.range_rate_m_s();
+  out.range_rate_valid = in.range_rate_valid();
+  out.mode = enumerator(in.mode(), TrackMode::Coast, "mode", defect);
+  out.snr_db = in.snr_db();
+  out.simulated = in.simulated();
+  return out;
+}
+
+GpsFix from_proto(const record::GpsFix& in, Defect& defect) {
+  GpsFix out;
+  out.target = name(in.target(), "target", defect);
+  out.receiver = name(in.receiver(), "receiver", defect);
+  out.station = name(in.station(), "station", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.position = position(in);
+  out.velocity = velocity(in);
+  out.velocity_valid = in.velocity_valid();
+  out.sigma_horizontal_m = in.sigma_horizontal_m();
+  out.sigma_vertical_m = in.sigma_vertical_m();
+  out.sigma_velocity_m_s = in.sigma_velocity_m_s();
+  out.fix = enumerator(in.fix(), FixType::Differential, "fix", defect);
+  out.satellites = byte(in.satellites(), "satellites", defect);
+  out.simulated = in.simulated();
+  return out;
+}
+
+MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
+  MissionEvent out;
+  out.mission = name(in.mission(), "mission", defect);
+  out.label = name(in.label(), "label", defect);
+  out.kind = enumerator(in.kind(), MissionEventKind::Mark, "kind", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.simulated = in.simulated();
+  return out;
+}
+
+Observation from_proto(const record::Observation& in, Defect& defect) {
+  Observation out;
+  out.kind = enumerator(in.kind(), ObservationKind::Gps, "kind", defect);
+  out.verdict = enumerator(in.verdict(), static_cast<Reason>(reason_count - 1), "verdict", defect);
+  out.sensor = name(in.sensor(), "sensor", defect);
+  out.target = name(in.target(), "target", defect);
+  out.receiver = name(in.receiver(), "receiver", defect);
+  out.sequence = in.sequence();
+  out.step = in.step();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.measured = polar(in);
+  out.position = position(in);
+  out.velocity = velocity(in);
+  out.velocity_valid = in.velocity_valid();
+  out.sigma_horizontal_m = in.sigma_horizontal_m();
+  out.sigma_vertical_m = in.sigma_vertical_m();
+  out.sigma_velocity_m_s = in.sigma_velocity_m_s();
+  return out;
+}
+
+SensorBias from_proto(const record::SensorBias& in, Defect& defect) {
+  SensorBias out;
+  out.sensor = name(in.sensor(), "sensor", defect);
+  out.method = name(in.method(), "method", defect);
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.reference = enumerator(in.reference(), BiasReference::CrossRadar, "reference", defect);
+  out.samples = in.samples();
+  if (in.term_size() > max_bias_terms || in.state_size() != in.term_size()) {
+    fault(defect, "term: " + std::to_string(in.term_size()) + " terms with " + std::to_string(in.state_size()) +
+                      " states (at most " + std::to_string(max_bias_terms) + ")");
+    return out;
+  }
+  out.terms = in.term_size();
+  for (int i = 0; i < out.terms; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    out.term[at] = enumerator(in.term(i), BiasTerm::TimeTag, "term", defect);
+    out.state[at] = enumerator(in.state(i), BiasState::Frozen, "state", defect);
+  }
+  take(in.value(), out.terms, out.value, "value", defect);
+  take(in.covariance(), triangle_size(out.terms), out.covariance, "covariance", defect);
+  return out;
+}
+
+Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
+  Trajectory out;
+  out.target = name(in.target(), "target", defect);
+  out.method = name(in.method(), "method", defect);
+  out.primary = in.primary();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.quality = enumerator(in.quality(), TrackQuality::Coasting, "quality", defect);
+  if (in.state_size() > max_state) {
+    fault(defect, "state: " + std::to_string(in.state_size()) + " entries (at most " + std::to_string(max_state) + ")");
+    return out;
+  }
+  out.state_size = in.state_size();
+  take(in.state(), out.state_size, out.state, "state", defect);
+  take(in.covariance(), triangle_size(out.state_size), out.covariance, "covariance", defect);
+  out.geodetic = {in.latitude_rad(), in.longitude_rad(), in.height_m()};
+  out.speed_m_s = in.speed_m_s();
+  out.flight_path_rad = in.flight_path_rad();
+  out.heading_rad = in.heading_rad();
+  out.sources = in.sources();
+  out.nis = in.nis();
+  out.nis_dof = in.nis_dof();
+  return out;
+}
+
+SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
+  SlavingCommand out;
+  out.antenna = name(in.antenna(), "antenna", defect);
+  out.target = name(in.target(), "target", defect);
+  out.tick = {in.tick_ns()};
+  out.apply_at = {in.apply_at_ns()};
+  out.valid_until = {in.valid_until_ns()};
+  out.data_epoch = {in.data_epoch_ns()};
+  out.age_s = in.age_s();
+  out.azimuth_rad = in.azimuth_rad();
+  out.elevation_rad = in.elevation_rad();
+  out.range_m = in.range_m();
+  out.azimuth_rate_rad_s = in.azimuth_rate_rad_s();
+  out.elevation_rate_rad_s = in.elevation_rate_rad_s();
+  out.range_rate_m_s = in.range_rate_m_s();
+  out.sigma_azimuth_rad = in.sigma_azimuth_rad();
+  out.sigma_elevation_rad = in.sigma_elevation_rad();
+  out.source = enumerator(in.source(), SlavingSource::Nominal, "source", defect);
+  out.limits = byte(in.limits(), "limits", defect);
+  return out;
+}
+
+SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
+  SourceHealth out;
+  out.sensor = name(in.sensor(), "sensor", defect);
+  out.target = name(in.target(), "target", defect);
+  out.time = {in.time_ns()};
+  out.rate_hz = in.rate_hz();
+  out.latency_s = in.latency_s();
+  // Fewer counts: an archive older than the newest reasons.
+  take(in.count(), std::min(in.count_size(), static_cast<int>(reason_count)), out.count, "count", defect);
+  out.residual_mean = in.residual_mean();
+  out.residual_sigma = in.residual_sigma();
+  out.nis = in.nis();
+  out.qualified = in.qualified();
+  return out;
+}
+
+LastTick from_proto(const record::LastTick& in, Defect&) { return {{in.tick_ns()}}; }
+
+Truth from_proto(const record::Truth& in, Defect& defect) {
+  Truth out;
+  out.target = name(in.target(), "target", defect);
+  out.epoch = {in.epoch_ns()};
+  out.position = position(in);
+  out.velocity = velocity(in);
+  out.acceleration_m_s2 = {in.acceleration_x_m_s2(), in.acceleration_y_m_s2(), in.acceleration_z_m_s2()};
+  out.acceleration_valid = in.acceleration_valid();
+  return out;
+}
+
+}  // namespace downrange::archive

@@ -1,0 +1,63 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <archive/input_file.hpp>
+#include <archive/record.hpp>
+#include <cerrno>
+#include <system_error>
+
+namespace downrange::archive {
+namespace {
+
+constexpr std::size_t read_ahead = 1 << 18;
+
+ArchiveError error(const std::filesystem::path& path, const std::string& what) {
+  return ArchiveError(path.string() + ": " + what);
+}
+
+}  // namespace
+
+InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
+  fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd_ < 0) throw error(path, "cannot open the archive: " + std::generic_category().message(errno));
+  struct stat status {};
+  if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) {
+    ::close(fd_);
+    throw error(path, "cannot open the archive: not a regular file");
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+InputFile::~InputFile() { ::close(fd_); }
+
+ByteView InputFile::peek(std::size_t size) {
+  const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(size, remaining()));
+  if (end_ - begin_ < wanted) {
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
+    end_ -= begin_;
+    begin_ = 0;
+    const auto ahead = static_cast<std::size_t>(std::min<std::uint64_t>(read_ahead, remaining()));
+    buffer_.resize(std::max(buffer_.size(), std::max(wanted, ahead)));
+    while (end_ < wanted) {
+      const ssize_t got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw error(path_, "cannot read: " + std::generic_category().message(errno));
+      if (got == 0) {  // someone cut the file off since it was opened
+        size_ = offset_ + end_;
+        break;
+      }
+      end_ += static_cast<std::size_t>(got);
+    }
+  }
+  return ByteView(buffer_).subspan(begin_, std::min(wanted, end_ - begin_));
+}
+
+void InputFile::skip(std::size_t size) {
+  begin_ += size;
+  offset_ += size;
+}
+
+}  // namespace downrange::archive

@@ -1,0 +1,205 @@
+#include <archive/channels.hpp>
+#include <archive/convert.hpp>
+#include <archive/writer.hpp>
+#include <array>
+
+namespace downrange::archive {
+namespace {
+
+/// MCAP has no times before 1970; the record itself keeps them.
+std::uint64_t timestamp(Time t) { return t.ns > 0 ? static_cast<std::uint64_t>(t.ns) : 0; }
+
+struct Stamp {
+  Time log;
+  Time publish;
+};
+
+Stamp stamp(const SlavingCommand& command) { return {command.tick, command.apply_at}; }
+Stamp stamp(const SourceHealth& health) { return {health.time, health.time}; }
+Stamp stamp(const LastTick& last) { return {last.tick, last.tick}; }
+Stamp stamp(const Truth& truth) { return {truth.epoch, truth.epoch}; }
+template <class T>
+Stamp stamp(const T& record) {
+  return {record.received, record.epoch};
+}
+
+const Channel& input_channel(const MissionEvent&) { return mission_channel; }
+const Channel& input_channel(const RadarTspi&) { return radar_channel; }
+const Channel& input_channel(const GpsFix&) { return gps_channel; }
+const Channel& input_channel(const Observation&) { return observation_in_channel; }
+
+const Channel& output_channel(const Observation&) { return observation_out_channel; }
+const Channel& output_channel(const SensorBias&) { return bias_channel; }
+const Channel& output_channel(const Trajectory&) { return trajectory_channel; }
+const Channel& output_channel(const SlavingCommand&) { return slaving_channel; }
+const Channel& output_channel(const SourceHealth&) { return health_channel; }
+
+// One message per type, used again and again: in steady state encoding allocates nothing.
+struct Messages {
+  record::RadarTspi radar;
+  record::GpsFix gps;
+  record::MissionEvent mission;
+  record::Observation observation;
+  record::SensorBias bias;
+  record::Trajectory trajectory;
+  record::SlavingCommand slaving;
+  record::SourceHealth health;
+  record::LastTick last_tick;
+  record::Truth truth;
+
+  record::RadarTspi& of(const RadarTspi&) { return radar; }
+  record::GpsFix& of(const GpsFix&) { return gps; }
+  record::MissionEvent& of(const MissionEvent&) { return mission; }
+  record::Observation& of(const Observation&) { return observation; }
+  record::SensorBias& of(const SensorBias&) { return bias; }
+  record::Trajectory& of(const Trajectory&) { return trajectory; }
+  record::SlavingCommand& of(const SlavingCommand&) { return slaving; }
+  record::SourceHealth& of(const SourceHealth&) { return health; }
+  record::LastTick& of(const LastTick&) { return last_tick; }
+  record::Truth& of(const Truth&) { return truth; }
+};
+
+}  // namespace
+
+class Writer::Impl {
+ public:
+  Impl(const std::filesystem::path& path, const WriterOptions& options)
+      : options_(options), file_(path, {options.compression, options.queue_chunks, options.overwrite}) {
+    chunk_.reserve(options_.chunk_size);
+  }
+
+  ~Impl() { finish(); }
+
+  template <class T>
+  void write_input(const T& event) {
+    ++sequence_;
+    append(input_channel(event), event);
+  }
+
+  template <class T>
+  void append(const Channel& channel, const T& record) {
+    if (closed_ || file_.failed()) {
+      file_.count_lost(1);
+      return;
+    }
+    const Stamp times = stamp(record);
+    const std::uint64_t log_time = timestamp(times.log);
+    const bool due = log_time >= chunk_start_ + static_cast<std::uint64_t>(options_.chunk_time.ns);
+    if (chunk_messages_ > 0 && (due || chunk_.size() >= options_.chunk_size)) flush();
+    if (chunk_messages_ == 0) chunk_start_ = log_time;
+    announce(channel);
+
+    auto& message = messages_.of(record);
+    to_proto(record, message);
+    const std::size_t size = message.ByteSizeLong();
+    put_record_header(chunk_, Op::Message, message_header_size + size);
+    put(chunk_, channel.id);
+    put(chunk_, sequence_);
+    put(chunk_, log_time);
+    put(chunk_, timestamp(times.publish));
+    const std::size_t at = chunk_.size();
+    chunk_.resize(at + size);
+    message.SerializeWithCachedSizesToArray(chunk_.data() + at);
+    ++chunk_messages_;
+  }
+
+  void put_block(Op op, Bytes record) {
+    if (!closed_) file_.submit({op, std::move(record), 0}, true);
+  }
+
+  void flush() {
+    if (chunk_messages_ == 0) return;
+    const bool kept = file_.submit({Op::Chunk, std::move(chunk_), chunk_messages_}, options_.backlog == Backlog::Wait);
+    if (!kept) announced_ = {};  // its schemas and channels may be gone with it
+    chunk_ = file_.spare_buffer();
+    chunk_.reserve(options_.chunk_size);
+    chunk_messages_ = 0;
+  }
+
+  void finish() {
+    if (closed_) return;
+    flush();
+    closed_ = true;
+    file_.finish();
+  }
+
+  [[nodiscard]] const FileThread& file() const { return file_; }
+
+ private:
+  /// A channel, and its schema, must stand in the file before its first message.
+  void announce(const Channel& channel) {
+    bool& done = announced_[channel.id];
+    if (done) return;
+    done = true;
+    put_record(chunk_, Op::Schema, schema_record(channel));
+    put_record(chunk_, Op::Channel, channel_record(channel));
+  }
+
+  WriterOptions options_;
+  FileThread file_;
+  Messages messages_;
+  Bytes chunk_;
+  std::uint64_t chunk_messages_ = 0;
+  std::uint64_t chunk_start_ = 0;  ///< log time of its first message
+  std::uint32_t sequence_ = 0;
+  std::array<bool, channels.size() + 1> announced_{};  ///< by channel id
+  bool closed_ = false;
+};
+
+Writer::Writer(const std::filesystem::path& path, const WriterOptions& options)
+    : impl_(std::make_unique<Impl>(path, options)) {}
+Writer::~Writer() = default;
+
+void Writer::write(const Event& event) {
+  std::visit([this](const auto& e) { impl_->write_input(e); }, event);
+}
+
+void Writer::write(const Result& result) {
+  std::visit([this](const auto& r) { impl_->append(output_channel(r), r); }, result);
+}
+
+void Writer::write_last_tick(Time tick) { impl_->append(last_tick_channel, LastTick{tick}); }
+
+void Writer::write_truth(const Truth& truth) { impl_->append(truth_channel, truth); }
+
+void Writer::attach(std::string_view name, std::string_view media_type, std::string_view data, Time log_time) {
+  Bytes content;
+  put(content, timestamp(log_time));
+  put(content, std::uint64_t{0});  // create_time: not known
+  put_string(content, name);
+  put_string(content, media_type);
+  put(content, static_cast<std::uint64_t>(data.size()));
+  content.insert(content.end(), data.begin(), data.end());
+  put(content, crc32(content));
+  Bytes record;
+  put_record(record, Op::Attachment, content);
+  impl_->put_block(Op::Attachment, std::move(record));
+}
+
+void Writer::metadata(std::string_view name, const std::map<std::string, std::string>& values) {
+  Bytes map;
+  for (const auto& [key, value] : values) {
+    put_string(map, key);
+    put_string(map, value);
+  }
+  Bytes content;
+  put_string(content, name);
+  put(content, static_cast<std::uint32_t>(map.size()));
+  put_bytes(content, map);
+  Bytes record;
+  put_record(record, Op::Metadata, content);
+  impl_->put_block(Op::Metadata, std::move(record));
+}
+
+void Writer::flush() { impl_->flush(); }
+
+WriterStatus Writer::close() {
+  impl_->finish();
+  return impl_->file().status();
+}
+
+bool Writer::failed() const { return impl_->file().failed(); }
+
+WriterStatus Writer::status() const { return impl_->file().status(); }
+
+}  // namespace downrange::archive

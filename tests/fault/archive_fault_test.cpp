@@ -1,0 +1,208 @@
+// Crashes, full disks, flipped bits: an archive tells what happened to it, and gives back all that is whole.
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include "archive_testing.hpp"
+
+namespace downrange::archive {
+namespace {
+
+class ArchiveFault : public testing::TestWithParam<Compression> {
+ protected:
+  /// Two chunks with every kind of record, small enough to break at every byte.
+  std::filesystem::path sound_file() {
+    WriterOptions options;
+    options.compression = GetParam();
+    Writer writer(folder_ / "sound.mcap", options);
+    write_all_kinds(writer);
+    writer.flush();
+    for (std::uint64_t i = 0; i < 5; ++i) writer.write(Event(some_radar(100 + i)));
+    EXPECT_TRUE(writer.close().ok());
+    return folder_ / "sound.mcap";
+  }
+
+  struct Outcome {
+    std::size_t records = 0;
+    std::size_t bad_records = 0;
+    bool truncated = false;
+    bool error = false;
+  };
+  Outcome read(const std::filesystem::path& path) {
+    Outcome outcome;
+    try {
+      Reader reader(path);
+      while (const auto entry = reader.next()) {
+        ++(std::holds_alternative<BadRecord>(entry->record) ? outcome.bad_records : outcome.records);
+      }
+      outcome.truncated = reader.truncated().has_value();
+      if (outcome.truncated) {
+        EXPECT_LE(reader.truncated()->offset, std::filesystem::file_size(path));
+      }
+    } catch (const ArchiveError&) {
+      outcome.error = true;
+    }
+    return outcome;
+  }
+
+  TemporaryFolder folder_;
+};
+
+constexpr std::size_t all_records = all_kinds_count + 5;
+
+TEST_P(ArchiveFault, CutOffAnywhereGivesAPrefix) {
+  const auto file = sound_file();
+  ASSERT_EQ(read(file).records, all_records);
+  ASSERT_FALSE(read(file).truncated);
+  std::size_t longer = all_records;
+  for (std::uintmax_t size = std::filesystem::file_size(file); size-- > 0;) {
+    std::filesystem::resize_file(file, size);
+    const Outcome outcome = read(file);
+    ASSERT_TRUE(outcome.truncated) << "cut at byte " << size;
+    ASSERT_FALSE(outcome.error) << "cut at byte " << size;
+    ASSERT_EQ(outcome.bad_records, 0u);
+    ASSERT_TRUE(outcome.records == 0 || outcome.records == all_kinds_count || outcome.records == all_records);
+    ASSERT_LE(outcome.records, longer) << "a shorter file gives less";
+    longer = outcome.records;
+  }
+  EXPECT_EQ(longer, 0u);
+}
+
+TEST_P(ArchiveFault, EveryFlippedBitIsNoticed) {
+  const auto path = sound_file();
+  const Bytes sound = read_bytes(path);
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  const auto put_byte = [&](std::size_t at, int value) {
+    file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(value)).flush();
+  };
+  for (std::size_t at = 0; at < sound.size(); ++at) {
+    put_byte(at, sound[at] ^ (1 << (at % 8)));
+    const Outcome outcome = read(path);
+    ASSERT_TRUE(outcome.error || outcome.truncated) << "bit " << at % 8 << " of byte " << at << " of " << sound.size();
+    put_byte(at, sound[at]);
+  }
+  EXPECT_EQ(read(path).records, all_records);
+}
+
+TEST_P(ArchiveFault, ZerosAfterAPowerFailureAreAnEnd) {
+  const auto path = sound_file();
+  const auto size = std::filesystem::file_size(path);
+  std::filesystem::resize_file(path, 8 + 9 + 4 + 4 + std::string("downrange 0.1.0").size());  // magic and header
+  std::filesystem::resize_file(path, size);
+  const Outcome outcome = read(path);
+  EXPECT_TRUE(outcome.truncated);
+  EXPECT_EQ(outcome.records, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Compressions, ArchiveFault,
+                         testing::Values(Compression::None, Compression::Zstd, Compression::Lz4));
+
+TEST(ArchiveDisk, FullAtTheStartIsAnException) {
+  WriterOptions options;
+  options.overwrite = true;
+  try {
+    Writer writer("/dev/full", options);
+    FAIL() << "a full disk was not noticed";
+  } catch (const ArchiveError& error) {
+    EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos) << error.what();
+  }
+}
+
+/// A file size limit stands for the full disk; it holds for the whole process, so a child takes it.
+TEST(ArchiveDisk, FullInFlightIsAStatusAndEveryLossIsCounted) {
+  const TemporaryFolder folder;
+  const auto path = folder / "full.mcap";
+  constexpr std::uint64_t plots = 5000;
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const rlimit limit{100'000, 100'000};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(2);
+    WriterOptions options;
+    options.compression = Compression::None;
+    Writer writer(path, options);
+    for (std::uint64_t i = 0; i < plots; ++i) writer.write(Event(some_radar(i)));
+    const WriterStatus status = writer.close();
+    const bool told = !status.ok() && writer.failed() && status.failure.find("File too large") != std::string::npos &&
+                      status.failure.find(path.string()) != std::string::npos;
+    const bool counted = status.messages_written + status.messages_lost == plots && status.messages_written > 0;
+    ::_exit(told && counted ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+
+  Reader reader(path);
+  const auto entries = read_all(reader);
+  EXPECT_GT(entries.size(), 0u);
+  EXPECT_LT(entries.size(), plots);
+  EXPECT_TRUE(reader.truncated());
+}
+
+TEST(ArchiveDisk, AKilledProcessLosesAtMostASecond) {
+  const TemporaryFolder folder;
+  const auto path = folder / "killed.mcap";
+  int ready[2];
+  ASSERT_EQ(::pipe(ready), 0);
+  constexpr std::uint64_t plots = 205;  // 20 per second: ten closed seconds and a quarter
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    Writer writer(path);
+    for (std::uint64_t i = 0; i < plots; ++i) writer.write(Event(some_radar(i)));
+    while (writer.status().chunks_written < 10 && !writer.failed()) ::usleep(1000);
+    if (::write(ready[1], "x", 1) != 1) ::_exit(1);
+    for (;;) ::pause();
+  }
+  char byte = 0;
+  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  ::close(ready[0]);
+  ::close(ready[1]);
+
+  Reader reader(path);
+  EXPECT_EQ(read_all(reader).size(), 200u);
+  EXPECT_TRUE(reader.truncated());
+}
+
+/// A pipe that nobody reads yet is the slow disk.
+TEST(ArchiveDisk, ASlowDiskCostsTheChunkNotTheEngine) {
+  const TemporaryFolder folder;
+  const auto path = folder / "pipe";
+  ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+  const int reader_end = ::open(path.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader_end, 0);
+
+  WriterOptions options;
+  options.overwrite = true;
+  options.compression = Compression::None;
+  options.queue_chunks = 2;
+  options.backlog = Backlog::Drop;
+  Writer writer(path, options);
+  constexpr std::uint64_t plots = 4000;
+  for (std::uint64_t i = 0; i < plots; ++i) writer.write(Event(some_radar(i)));  // returns, though nothing drains
+  EXPECT_GT(writer.status().messages_lost, 0u);
+  EXPECT_FALSE(writer.failed());
+  EXPECT_FALSE(writer.status().ok());
+
+  std::thread drain([&] {
+    Bytes buffer(1 << 16);
+    ssize_t got = 0;
+    ::fcntl(reader_end, F_SETFL, 0);
+    do got = ::read(reader_end, buffer.data(), buffer.size());
+    while (got > 0);
+  });
+  const WriterStatus status = writer.close();
+  drain.join();
+  ::close(reader_end);
+  EXPECT_EQ(status.messages_written + status.messages_lost, plots);
+  EXPECT_EQ(status.failure, "");
+}
+
+}  // namespace
+}  // namespace downrange::archive
