@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sim/launch_trajectory.hpp"
+#include "sim/scenario_error.hpp"
 
 namespace downrange::sim {
 

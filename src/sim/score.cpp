@@ -7,6 +7,7 @@
 #include <downrange/est/bias_terms.hpp>
 #include <downrange/est/consistency.hpp>
 #include <downrange/geo/polar.hpp>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <span>
@@ -81,13 +82,6 @@ struct PositionSample {
   bool inside_95;
 };
 
-struct PlotSample {
-  Time epoch;
-  bool accepted;
-  Eigen::Vector3d before;
-  Eigen::Vector3d after;
-};
-
 struct PointingSamples {
   std::vector<double> error_rad;
   std::size_t held = 0;
@@ -127,6 +121,13 @@ class IntervalMeans {
   std::map<std::int64_t, std::pair<Eigen::Vector3d, int>> intervals_;
 };
 
+struct RadarAccount {
+  std::size_t plots = 0;
+  std::size_t rejected = 0;
+  IntervalMeans before;
+  IntervalMeans after;
+};
+
 }  // namespace
 
 /// Collects what one run says.
@@ -138,38 +139,31 @@ class Scorer::Run : public ResultSink {
     std::visit([this](const auto& r) { add(r); }, result);
   }
 
-  [[nodiscard]] std::vector<TrajectoryScore> trajectory_scores(bool name_the_method) const {
-    std::vector<TrajectoryScore> scores;
-    for (const auto& [method, samples] : positions_) {
-      const bool named = name_the_method || positions_.size() > 1;
-      TrajectoryScore score{named ? label_ + " (" + std::string(method.view()) + ")" : label_, {}};
-      for (const Phase& phase : scorer_.phases_)
-        score.phases.push_back(
-            position_score(samples, scorer_.liftoff_ + seconds(phase.from_s), scorer_.liftoff_ + seconds(phase.to_s)));
-      scores.insert(method == primary_ ? scores.begin() : scores.end(), std::move(score));
-    }
+  [[nodiscard]] TrajectoryScore trajectory_score(const std::string& label, const Name& method) const {
+    TrajectoryScore score{label, {}};
+    const auto found = positions_.find(method);
+    for (const Phase& phase : scorer_.phases_)
+      score.phases.push_back(found == positions_.end()
+                                 ? PositionScore{}
+                                 : position_score(found->second, scorer_.liftoff_ + seconds(phase.from_s),
+                                                  scorer_.liftoff_ + seconds(phase.to_s)));
+    return score;
+  }
+
+  /// The service's own run: its primary method first, named; then the methods beside it.
+  [[nodiscard]] std::vector<TrajectoryScore> scores_by_method() const {
+    std::vector<TrajectoryScore> scores{trajectory_score(label_ + " (" + std::string(primary_.view()) + ")", primary_)};
+    for (const auto& [method, samples] : positions_)
+      if (method != primary_) scores.push_back(trajectory_score(std::string(method.view()), method));
     return scores;
   }
 
+  [[nodiscard]] TrajectoryScore primary_score() const { return trajectory_score(label_, primary_); }
+
   [[nodiscard]] RadarScore radar_score(const Name& sensor) const {
-    RadarScore score;
-    score.sensor = sensor;
-    IntervalMeans before;
-    IntervalMeans after;
-    const auto plots = plots_.find(sensor);
-    if (plots == plots_.end()) return score;
-    for (const auto& [sequence, plot] : plots->second) {
-      if (!plot.accepted) {
-        ++score.rejected;
-        continue;
-      }
-      ++score.plots;
-      before.add(plot.epoch, plot.before);
-      after.add(plot.epoch, plot.after);
-    }
-    score.before = before.rms_of_means();
-    score.after = after.rms_of_means();
-    return score;
+    const auto found = radars_.find(sensor);
+    const RadarAccount account = found == radars_.end() ? RadarAccount{} : found->second;
+    return {sensor, account.plots, account.rejected, account.before.rms_of_means(), account.after.rms_of_means()};
   }
 
   [[nodiscard]] std::vector<PointingScore> pointing_scores(const Name& antenna) const {
@@ -196,33 +190,27 @@ class Scorer::Run : public ResultSink {
         {trajectory.epoch, error.norm(), inside_95_percent(error, position_covariance(trajectory))});
   }
 
-  /// A plot may be reported again with the method's verdict: the last word counts.
   void add(const Observation& observation) {
     if (observation.kind != ObservationKind::Radar || observation.target != scorer_.target_) return;
     const auto radar = std::find_if(scorer_.range_.radars.begin(), scorer_.range_.radars.end(),
                                     [&](const RadarConfig& r) { return r.id == observation.sensor; });
     if (radar == scorer_.range_.radars.end()) return;
-    auto& plots = plots_[observation.sensor];
-    const auto known = plots.find(observation.sequence);
-    if (known != plots.end()) {
-      known->second.accepted = observation.verdict == Reason::Accepted;
+    RadarAccount& account = radars_[observation.sensor];
+    if (observation.verdict != Reason::Accepted) {
+      ++account.rejected;
       return;
     }
-    const auto bias = biases_.find(observation.sensor);
-    const double time_tag_s = bias == biases_.end() ? 0 : time_tag_of(bias->second);
+    if (scorer_.outliers_.contains({observation.sensor, observation.sequence})) return;
+    const SensorBias& bias = biases_[observation.sensor];
     const std::optional<TrueState> truth = scorer_.truth_(observation.epoch);
-    const std::optional<TrueState> truth_at_tag = scorer_.truth_(observation.epoch - seconds(time_tag_s));
+    const std::optional<TrueState> truth_at_tag = scorer_.truth_(observation.epoch - seconds(time_tag_of(bias)));
     if (!truth || !truth_at_tag) return;
-    PlotSample plot{observation.epoch, observation.verdict == Reason::Accepted, {}, {}};
-    plot.before = polar_error(observation.measured, look_angles(radar->site, truth->position));
-    plot.after = plot.before;
-    if (bias != biases_.end()) {
-      const auto terms = static_cast<std::size_t>(bias->second.terms);
-      const Polar compensated = compensate(observation.measured, std::span(bias->second.term).first(terms),
-                                           std::span(bias->second.value).first(terms));
-      plot.after = polar_error(compensated, look_angles(radar->site, truth_at_tag->position));
-    }
-    plots.emplace(observation.sequence, plot);
+    const auto terms = static_cast<std::size_t>(bias.terms);
+    const Polar compensated =
+        compensate(observation.measured, std::span(bias.term).first(terms), std::span(bias.value).first(terms));
+    ++account.plots;
+    account.before.add(observation.epoch, polar_error(observation.measured, look_angles(radar->site, truth->position)));
+    account.after.add(observation.epoch, polar_error(compensated, look_angles(radar->site, truth_at_tag->position)));
   }
 
   void add(const SensorBias& bias) {
@@ -259,7 +247,7 @@ class Scorer::Run : public ResultSink {
   Name primary_;
   std::map<Name, std::vector<PositionSample>> positions_;  // by method
   std::map<Name, SensorBias> biases_;
-  std::map<Name, std::map<std::uint64_t, PlotSample>> plots_;
+  std::map<Name, RadarAccount> radars_;
   std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
 };
 
@@ -274,10 +262,10 @@ ResultSink& Scorer::open_run(const std::string& label) { return runs_.emplace_ba
 Summary Scorer::summary() const {
   Summary summary;
   summary.phases = phases_;
-  for (const Run& run : runs_)
-    for (TrajectoryScore& score : run.trajectory_scores(&run == &runs_.front()))
-      summary.trajectories.push_back(std::move(score));
   if (runs_.empty()) return summary;
+  summary.trajectories = runs_.front().scores_by_method();
+  for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run)
+    summary.trajectories.push_back(run->primary_score());
   for (const RadarConfig& radar : range_.radars) summary.radars.push_back(runs_.front().radar_score(radar.id));
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : runs_.front().pointing_scores(antenna.id)) summary.pointing.push_back(score);

@@ -3,10 +3,13 @@
 /// per antenna. Fed with the engine's results in the order the engine made them.
 
 #include <cstddef>
+#include <cstdint>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <list>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/scenario.hpp"
@@ -28,7 +31,7 @@ struct TrajectoryScore {
   std::vector<PositionScore> phases;  ///< one per phase of the summary
 };
 
-/// Systematic error: rms over 10 s of the mean of measured - true, accepted plots of the whole flight.
+/// Systematic error: rms of the 10 s means of measured - true, whole flight, plots that are not outliers.
 struct SystematicError {
   double range_m = 0;
   double azimuth_rad = 0;  ///< times cos elevation: on the sky
@@ -37,8 +40,8 @@ struct SystematicError {
 
 struct RadarScore {
   Name sensor;
-  std::size_t plots = 0;     ///< accepted, with the truth known
-  std::size_t rejected = 0;  ///< for whatever reason
+  std::size_t plots = 0;     ///< accepted by ingest, with the truth known, planted outliers left out
+  std::size_t rejected = 0;  ///< by ingest, for whatever reason
   SystematicError before;    ///< as measured
   SystematicError after;     ///< with the bias known when the plot arrived taken out
 };
@@ -59,7 +62,7 @@ struct PointingScore {
 
 struct Summary {
   std::vector<Phase> phases;
-  std::vector<TrajectoryScore> trajectories;  ///< runs as opened; of a run, the primary method first
+  std::vector<TrajectoryScore> trajectories;  ///< as open_run says
   std::vector<RadarScore> radars;             ///< of the first run, in the range's order
   std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
 };
@@ -73,10 +76,13 @@ class Scorer {
   Scorer(const Scorer&) = delete;
   Scorer& operator=(const Scorer&) = delete;
 
-  /// Opens a run and returns where its results go; valid as long as the scorer. The first run is the service's own:
-  /// its methods are named in its labels, its radars and antennas are scored. Runs to compare follow ("uncorrected",
-  /// "goheung alone"): only their trajectories count.
+  /// Opens a run and returns where its results go; valid as long as the scorer. The first run is the service's own: its
+  /// primary method is a row "label (method)", a method beside it a row "method"; its radars and antennas are scored.
+  /// Runs to compare follow ("goheung alone"): of those the primary method's trajectory counts.
   [[nodiscard]] ResultSink& open_run(const std::string& label);
+
+  /// This plot is a planted outlier: no part of a radar's systematic error. Before the plot is emitted.
+  void mark_outlier(const Name& sensor, std::uint64_t sequence) { outliers_.emplace(sensor, sequence); }
 
   [[nodiscard]] Summary summary() const;
 
@@ -87,6 +93,7 @@ class Scorer {
   TruthFunction truth_;
   Time liftoff_;
   std::vector<Phase> phases_;
+  std::set<std::pair<Name, std::uint64_t>> outliers_;
   std::list<Run> runs_;
 };
 

@@ -5,19 +5,14 @@
 
 #include <limits>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-namespace downrange::sim {
+#include "sim/scenario_error.hpp"
 
-/// What a scenario's author reads: "launch.toml:12: radar.rate_hz: 0 is not allowed: greater than 0, up to 1000".
-class ScenarioError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+namespace downrange::sim {
 
 /// Inclusive limits of a number.
 struct Limits {

@@ -1,14 +1,14 @@
 /// Scenario files: what the shipped ones say, and an exact complaint for everything that may be wrong with one.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 
 #include "sim/scenario.hpp"
 #include "sim/simulation.hpp"
-#include "sim/toml_section.hpp"
 
 namespace downrange::sim {
 namespace {

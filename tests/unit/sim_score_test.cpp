@@ -108,13 +108,15 @@ TEST(PositionScore, IsPerPhaseAndMethod) {
   other_target.target = "other";
   run.emit(other_target);
   run.emit(make_trajectory(55, Eigen::Vector3d(0, 0, 9), 1, "joint"));
-  scorer.open_run("uncorrected").emit(make_trajectory(51, Eigen::Vector3d(60, 0, 80), 50));
+  ResultSink& alone = scorer.open_run("goheung alone");
+  alone.emit(make_trajectory(51, Eigen::Vector3d(60, 0, 80), 50));
+  alone.emit(make_trajectory(52, Eigen::Vector3d(1e6, 0, 0), 50, "joint"));
 
   const Summary summary = scorer.summary();
   ASSERT_EQ(summary.trajectories.size(), 3u);
   EXPECT_EQ(summary.trajectories[0].label, "fused (song2015)");
-  EXPECT_EQ(summary.trajectories[1].label, "fused (joint)");
-  EXPECT_EQ(summary.trajectories[2].label, "uncorrected");
+  EXPECT_EQ(summary.trajectories[1].label, "joint");
+  EXPECT_EQ(summary.trajectories[2].label, "goheung alone");
   const PositionScore& first = summary.trajectories[0].phases[0];
   EXPECT_EQ(first.samples, 100u);
   EXPECT_NEAR(first.rms_m, std::sqrt(101 * 201 / 6.0), 1e-6);  // sum of squares: n (n + 1) (2 n + 1) / 6
@@ -209,17 +211,18 @@ TEST(RadarScore, TakesOutCartesianAndTimeTerms) {
   EXPECT_LT(moved.after.elevation_rad, 1e-12);
 }
 
-TEST(RadarScore, LeavesOutRejectedPlotsAndOtherMethodsBiases) {
+TEST(RadarScore, LeavesOutRejectedPlotsOutliersAndOtherMethodsBiases) {
   Scorer scorer = make_scorer();
+  scorer.mark_outlier("goheung", 2);
   ResultSink& run = scorer.open_run("fused");
   SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
   other.method = "joint";
   run.emit(other);
   run.emit(make_plot(1, 1, {10, 0, 0}));
-  Observation gated = make_plot(2, 2, {5000, 0, 0});
-  run.emit(gated);
-  gated.verdict = Reason::Gated;  // the method's verdict comes after ingest's
-  run.emit(gated);
+  run.emit(make_plot(2, 2, {5000, 0, 0}));
+  Observation doubled = make_plot(1, 1, {10, 0, 0});
+  doubled.verdict = Reason::Duplicate;
+  run.emit(doubled);
   Observation refused = make_plot(3, 3, {7000, 0, 0});
   refused.verdict = Reason::OutOfLimits;
   run.emit(refused);
