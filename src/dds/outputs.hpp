@@ -41,8 +41,10 @@ class OutputWriters final : public ResultSink {
   /// met at least `readers` readers, waiting at most `timeout`.
   [[nodiscard]] bool wait_for_matched(int readers, std::chrono::milliseconds timeout) const;
 
- private:
   class Impl;
+  [[nodiscard]] Impl& impl() { return *impl_; }
+
+ private:
   std::unique_ptr<Impl> impl_;
 };
 

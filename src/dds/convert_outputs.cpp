@@ -1,0 +1,203 @@
+#include "dds/convert_field.hpp"
+
+namespace downrange::dds {
+
+static_assert(int(BiasTerm::TimeTag) == int(wire::BIAS_TIME_TAG));
+static_assert(int(BiasState::Frozen) == int(wire::BIAS_FROZEN));
+static_assert(int(BiasReference::CrossRadar) == int(wire::BIAS_REFERENCE_CROSS_RADAR));
+static_assert(int(TrackQuality::Coasting) == int(wire::TRACK_COASTING));
+static_assert(int(SlavingSource::Nominal) == int(wire::SLAVING_NOMINAL));
+static_assert(int(ClockMode::Range) == int(wire::CLOCK_RANGE));
+
+void to_wire(const SensorBias& from, wire::SensorBias& to) {
+  to.sensor_id() = from.sensor.c_str();
+  to.method() = from.method.c_str();
+  to.epoch_ns(from.epoch.ns);
+  to.received_ns(from.received.ns);
+  to.reference(same_number<wire::BiasReference>(from.reference));
+  to.samples(from.samples);
+  to.terms(static_cast<std::uint8_t>(from.terms));
+  for (std::size_t i = 0; i < from.term.size(); ++i) {
+    to.term()[i] = same_number<wire::BiasTerm>(from.term[i]);
+    to.state()[i] = same_number<wire::BiasState>(from.state[i]);
+  }
+  to.value() = from.value;
+  to.covariance() = from.covariance;
+}
+
+Defect from_wire(const wire::SensorBias& from, SensorBias& to) {
+  Check check;
+  check.name("sensor_id", from.sensor_id().c_str(), to.sensor);
+  check.name("method", from.method().c_str(), to.method);
+  to.epoch.ns = from.epoch_ns();
+  to.received.ns = from.received_ns();
+  check.enumerator("reference", from.reference(), BiasReference::CrossRadar, to.reference);
+  to.samples = from.samples();
+  to.terms = from.terms();
+  if (to.terms > max_bias_terms) check.fail("terms", "is " + std::to_string(to.terms));
+  for (std::size_t i = 0; i < to.term.size(); ++i) {
+    check.enumerator("term", from.term()[i], BiasTerm::TimeTag, to.term[i]);
+    check.enumerator("state", from.state()[i], BiasState::Frozen, to.state[i]);
+  }
+  to.value = from.value();
+  to.covariance = from.covariance();
+  return check.defect();
+}
+
+void to_wire(const Trajectory& from, wire::Trajectory& to) {
+  to.target_id() = from.target.c_str();
+  to.method() = from.method.c_str();
+  to.primary(from.primary);
+  to.epoch_ns(from.epoch.ns);
+  to.received_ns(from.received.ns);
+  to.quality(same_number<wire::TrackQuality>(from.quality));
+  to.state_size(static_cast<std::uint8_t>(from.state_size));
+  to.state_ecef() = from.state;
+  to.covariance() = from.covariance;
+  to.latitude_rad(from.geodetic.latitude_rad);
+  to.longitude_rad(from.geodetic.longitude_rad);
+  to.height_m(from.geodetic.height_m);
+  to.speed_m_s(from.speed_m_s);
+  to.flight_path_rad(from.flight_path_rad);
+  to.heading_rad(from.heading_rad);
+  to.sources(from.sources);
+  to.nis(from.nis);
+  to.nis_dof(static_cast<std::uint8_t>(from.nis_dof));
+}
+
+Defect from_wire(const wire::Trajectory& from, Trajectory& to) {
+  Check check;
+  check.name("target_id", from.target_id().c_str(), to.target);
+  check.name("method", from.method().c_str(), to.method);
+  to.primary = from.primary();
+  to.epoch.ns = from.epoch_ns();
+  to.received.ns = from.received_ns();
+  check.enumerator("quality", from.quality(), TrackQuality::Coasting, to.quality);
+  to.state_size = from.state_size();
+  if (to.state_size != 6 && to.state_size != 9) check.fail("state_size", "is " + std::to_string(to.state_size));
+  to.state = from.state_ecef();
+  to.covariance = from.covariance();
+  to.geodetic = {from.latitude_rad(), from.longitude_rad(), from.height_m()};
+  to.speed_m_s = from.speed_m_s();
+  to.flight_path_rad = from.flight_path_rad();
+  to.heading_rad = from.heading_rad();
+  to.sources = from.sources();
+  to.nis = from.nis();
+  to.nis_dof = from.nis_dof();
+  return check.defect();
+}
+
+void to_wire(const SlavingCommand& from, wire::SlavingCommand& to) {
+  to.antenna_id() = from.antenna.c_str();
+  to.target_id() = from.target.c_str();
+  to.tick_ns(from.tick.ns);
+  to.apply_at_ns(from.apply_at.ns);
+  to.valid_until_ns(from.valid_until.ns);
+  to.data_epoch_ns(from.data_epoch.ns);
+  to.age_s(from.age_s);
+  to.azimuth_rad(from.azimuth_rad);
+  to.elevation_rad(from.elevation_rad);
+  to.range_m(from.range_m);
+  to.azimuth_rate_rad_s(from.azimuth_rate_rad_s);
+  to.elevation_rate_rad_s(from.elevation_rate_rad_s);
+  to.range_rate_m_s(from.range_rate_m_s);
+  to.sigma_azimuth_rad(from.sigma_azimuth_rad);
+  to.sigma_elevation_rad(from.sigma_elevation_rad);
+  to.source(same_number<wire::SlavingSource>(from.source));
+  to.limits(from.limits);
+}
+
+Defect from_wire(const wire::SlavingCommand& from, SlavingCommand& to) {
+  Check check;
+  check.name("antenna_id", from.antenna_id().c_str(), to.antenna);
+  check.name("target_id", from.target_id().c_str(), to.target);
+  to.tick.ns = from.tick_ns();
+  to.apply_at.ns = from.apply_at_ns();
+  to.valid_until.ns = from.valid_until_ns();
+  to.data_epoch.ns = from.data_epoch_ns();
+  to.age_s = from.age_s();
+  to.azimuth_rad = from.azimuth_rad();
+  to.elevation_rad = from.elevation_rad();
+  to.range_m = from.range_m();
+  to.azimuth_rate_rad_s = from.azimuth_rate_rad_s();
+  to.elevation_rate_rad_s = from.elevation_rate_rad_s();
+  to.range_rate_m_s = from.range_rate_m_s();
+  to.sigma_azimuth_rad = from.sigma_azimuth_rad();
+  to.sigma_elevation_rad = from.sigma_elevation_rad();
+  check.enumerator("source", from.source(), SlavingSource::Nominal, to.source);
+  to.limits = from.limits();
+  return check.defect();
+}
+
+void to_wire(const SourceHealth& from, wire::SourceHealth& to) {
+  to.sensor_id() = from.sensor.c_str();
+  to.target_id() = from.target.c_str();
+  to.time_ns(from.time.ns);
+  to.rate_hz(from.rate_hz);
+  to.latency_s(from.latency_s);
+  to.count() = from.count;
+  to.residual_mean(from.residual_mean);
+  to.residual_sigma(from.residual_sigma);
+  to.nis(from.nis);
+  to.qualified(from.qualified);
+}
+
+Defect from_wire(const wire::SourceHealth& from, SourceHealth& to) {
+  Check check;
+  check.name("sensor_id", from.sensor_id().c_str(), to.sensor);
+  check.text("target_id", from.target_id().c_str(), to.target);
+  to.time.ns = from.time_ns();
+  to.rate_hz = from.rate_hz();
+  to.latency_s = from.latency_s();
+  to.count = from.count();
+  to.residual_mean = from.residual_mean();
+  to.residual_sigma = from.residual_sigma();
+  to.nis = from.nis();
+  to.qualified = from.qualified();
+  return check.defect();
+}
+
+void to_wire(const ServiceStatus& from, wire::ServiceStatus& to) {
+  to.node_id() = from.node.c_str();
+  to.stages(static_cast<std::uint8_t>((from.stages.ingest ? 1U : 0U) | (from.stages.align ? 2U : 0U) |
+                                      (from.stages.fuse ? 4U : 0U) | (from.stages.slave ? 8U : 0U)));
+  to.version() = from.version;
+  to.configuration_hash() = from.configuration_hash;
+  to.clock(same_number<wire::ClockMode>(from.clock));
+  to.time_ns(from.time.ns);
+  to.last_tick_ns(from.last_tick.ns);
+  to.queue_depth(from.queue_depth);
+  to.consumed(from.consumed);
+  to.emitted(from.emitted);
+  to.dropped(from.dropped);
+  to.write_failures(from.write_failures);
+  to.latency_p50_us(from.latency_us[0]);
+  to.latency_p95_us(from.latency_us[1]);
+  to.latency_p99_us(from.latency_us[2]);
+  to.latency_max_us(from.latency_us[3]);
+  to.archive_state() = from.archive_state;
+  to.state() = from.state;
+}
+
+Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to) {
+  Check check;
+  check.name("node_id", from.node_id().c_str(), to.node);
+  const unsigned stages = from.stages();
+  to.stages = {(stages & 1U) != 0, (stages & 2U) != 0, (stages & 4U) != 0, (stages & 8U) != 0};
+  to.version = from.version().to_string();
+  to.configuration_hash = from.configuration_hash().to_string();
+  check.enumerator("clock", from.clock(), ClockMode::Range, to.clock);
+  to.time.ns = from.time_ns();
+  to.last_tick.ns = from.last_tick_ns();
+  to.queue_depth = from.queue_depth();
+  to.consumed = from.consumed();
+  to.emitted = from.emitted();
+  to.dropped = from.dropped();
+  to.write_failures = from.write_failures();
+  to.latency_us = {from.latency_p50_us(), from.latency_p95_us(), from.latency_p99_us(), from.latency_max_us()};
+  to.archive_state = from.archive_state().to_string();
+  to.state = from.state().to_string();
+  return check.defect();
+}
+
+}  // namespace downrange::dds

@@ -1,0 +1,155 @@
+#include "dds/participant.hpp"
+
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+
+#include "dds/entities.hpp"
+#include "dds/log_router.hpp"
+#include "dds/qos.hpp"
+
+namespace downrange::dds {
+
+extern const char* const built_in_profiles;  ///< config/dds-qos.xml, as it was at build time
+
+namespace {
+
+using eprosima::fastrtps::types::ReturnCode_t;
+
+constexpr int last_domain = 232;  ///< the ports of later domains would exceed 65535
+constexpr const char* participant_profile = "downrange";
+
+[[nodiscard]] bool ok(const ReturnCode_t& code) { return code == ReturnCode_t::RETCODE_OK; }
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
+/// Replaces all profiles that are loaded. The parser reports part of what it does not understand by log lines only.
+void load_profiles(const std::filesystem::path& path, const std::string& name, const LogCapture& log) {
+  auto* factory = fdds::DomainParticipantFactory::get_instance();
+  if (!path.empty() && ::access(path.c_str(), R_OK) != 0) throw DdsError(name + ": cannot be read");
+  eprosima::fastrtps::xmlparser::XMLProfileManager::DeleteInstance();
+  const std::string_view text = built_in_profiles;
+  const ReturnCode_t code = path.empty() ? factory->load_XML_profiles_string(text.data(), text.size())
+                                         : factory->load_XML_profiles_file(path.string());
+  const std::vector<std::string> errors = log.lines("XML", true);
+  if (!ok(code) || !errors.empty()) throw DdsError(name + ": " + (errors.empty() ? "not understood" : joined(errors)));
+}
+
+[[nodiscard]] DdsError refused(const char* what, const char* topic, const LogCapture& log) {
+  return DdsError(std::string("DDS ") + what + " of " + topic + " refused: " + joined(log.lines("", false)));
+}
+
+/// Shared memory needs room in /dev/shm; containers often have 64 MB or none.
+bool shared_memory_usable() {
+  struct statvfs status {};
+  constexpr std::uint64_t needed_bytes = 32U << 20U;
+  return ::access("/dev/shm", W_OK | X_OK) == 0 && ::statvfs("/dev/shm", &status) == 0 &&
+         std::uint64_t{status.f_bavail} * status.f_frsize >= needed_bytes;
+}
+
+}  // namespace
+
+Participant::Impl::Impl(const ParticipantOptions& options) : node(options.node), clock(options.clock) {
+  if (options.domain < 0 || options.domain > last_domain) {
+    throw DdsError("DDS domain " + std::to_string(options.domain) + ": must be 0 to " + std::to_string(last_domain));
+  }
+  const std::string profiles =
+      options.profiles.empty() ? "built-in DDS profiles" : "DDS profiles " + options.profiles.string();
+  const LogCapture log;  // until all profiles are read: they are global to the process
+  load_profiles(options.profiles, profiles, log);
+  open(options.domain, profiles);
+  if (entities_.publisher == nullptr || entities_.subscriber == nullptr) {
+    throw DdsError("DDS domain " + std::to_string(options.domain) +
+                   " cannot be opened: " + joined(log.lines("", false)));
+  }
+  read_profiles(profiles);
+}
+
+Participant::Impl::Entities::~Entities() {
+  if (participant == nullptr) return;
+  participant->delete_contained_entities();
+  fdds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+}
+
+void Participant::Impl::open(int domain, const std::string& profiles) {
+  auto* factory = fdds::DomainParticipantFactory::get_instance();
+  fdds::DomainParticipantQos qos;
+  if (!ok(factory->get_participant_qos_from_profile(participant_profile, qos))) {
+    throw DdsError(profiles + ": no participant profile '" + participant_profile + "'");
+  }
+  qos.name(std::string(node.view()));
+  if (qos.transport().use_builtin_transports && !shared_memory_usable()) {
+    qos.transport().use_builtin_transports = false;
+    qos.transport().user_transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
+    notes.emplace_back("/dev/shm has no room for the shared memory transport: UDP only");
+  }
+  entities_.participant = factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
+  if (entities_.participant == nullptr) return;
+  entities_.publisher = entities_.participant->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
+  entities_.subscriber = entities_.participant->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
+}
+
+void Participant::Impl::read_profiles(const std::string& profiles) {
+  std::string missing;
+  for (const char* name : all_topics()) {
+    if (!ok(entities_.publisher->get_datawriter_qos_from_profile(name, writer_qos_[name]))) {
+      missing += std::string(missing.empty() ? "" : ", ") + "data_writer " + name;
+    }
+    if (!ok(entities_.subscriber->get_datareader_qos_from_profile(name, reader_qos_[name]))) {
+      missing += std::string(missing.empty() ? "" : ", ") + "data_reader " + name;
+    }
+  }
+  if (!missing.empty()) throw DdsError(profiles + ": missing profile: " + missing);
+}
+
+fdds::Topic* Participant::Impl::topic(const char* name, const fdds::TypeSupport& type) {
+  const std::scoped_lock lock(mutex_);
+  fdds::Topic*& topic = topics_[name];
+  if (topic == nullptr && ok(type.register_type(entities_.participant))) {
+    topic = entities_.participant->create_topic(name, type.get_type_name(), fdds::TOPIC_QOS_DEFAULT);
+  }
+  if (topic == nullptr) throw DdsError(std::string("DDS topic ") + name + " cannot be created");
+  return topic;
+}
+
+fdds::DataWriter* Participant::Impl::create_writer(const char* topic_name, const fdds::TypeSupport& type,
+                                                   const EndpointOptions& options, fdds::DataWriterListener& listener) {
+  fdds::DataWriterQos qos = writer_qos_.at(topic_name);
+  if (clock == ClockMode::Range) adapt_to_range_clock(topic_name, qos);
+  if (qos.ownership().kind == fdds::EXCLUSIVE_OWNERSHIP_QOS) {
+    qos.ownership_strength().value = static_cast<std::uint32_t>(options.strength);
+  }
+  const LogCapture log;
+  fdds::DataWriter* writer = entities_.publisher->create_datawriter(topic(topic_name, type), qos, &listener);
+  if (writer == nullptr) throw refused("writer", topic_name, log);
+  return writer;
+}
+
+fdds::DataReader* Participant::Impl::create_reader(const char* topic_name, const fdds::TypeSupport& type,
+                                                   const EndpointOptions& options, fdds::DataReaderListener& listener) {
+  fdds::DataReaderQos qos = reader_qos_.at(topic_name);
+  if (clock == ClockMode::Range) adapt_to_range_clock(topic_name, options.lossless, qos);
+  const LogCapture log;
+  fdds::DataReader* reader = entities_.subscriber->create_datareader(topic(topic_name, type), qos, &listener);
+  if (reader == nullptr) throw refused("reader", topic_name, log);
+  return reader;
+}
+
+void Participant::Impl::delete_writer(fdds::DataWriter* writer) { entities_.publisher->delete_datawriter(writer); }
+void Participant::Impl::delete_reader(fdds::DataReader* reader) { entities_.subscriber->delete_datareader(reader); }
+
+Participant::Participant(const ParticipantOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Participant::~Participant() = default;
+
+const Name& Participant::node() const { return impl_->node; }
+ClockMode Participant::clock() const { return impl_->clock; }
+const std::vector<std::string>& Participant::notes() const { return impl_->notes; }
+
+}  // namespace downrange::dds

@@ -1,0 +1,174 @@
+/// Every type over DDS, field by field; many instances; samples that no correct sender makes. Domains 100 to 104.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "dds/inputs.hpp"
+#include "dds/outputs.hpp"
+#include "dds_inbox.hpp"
+#include "dds_samples.hpp"
+
+namespace downrange::dds {
+namespace {
+
+using std::chrono::seconds;
+
+template <class T, class Items>
+const T* find(const Items& items) {
+  for (const auto& item : items) {
+    if (const T* found = std::get_if<T>(&item)) return found;
+  }
+  return nullptr;
+}
+
+/// Compares the one record of type T among the items.
+template <class T, class Items>
+void expect_record(const Items& items, const T& sent) {
+  const T* received = find<T>(items);
+  ASSERT_NE(received, nullptr);
+  expect_equal(*received, sent);
+}
+
+TEST(DdsLoopback, EveryInputArrivesAsItWasSent) {
+  Participant sensor(test_participant(100, "sensor", ClockMode::Wall));
+  Participant service(test_participant(100, "service", ClockMode::Wall));
+  Inbox<Event> inbox;
+  InputReader reader(service, {}, [&](const Event& event, const RangeStamp& stamp, const Name&) {
+    EXPECT_EQ(stamp.run_id, 0U);
+    inbox.add(event);
+  });
+  InputWriters writers(sensor);
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  ASSERT_TRUE(reader.wait_for_matched(1, seconds(30)));
+
+  EXPECT_TRUE(writers.write(sample_plot()));
+  EXPECT_TRUE(writers.write(sample_fix()));
+  EXPECT_TRUE(writers.write(sample_mark()));
+  EXPECT_FALSE(writers.write(sample_observation())) << "an observation is no input of the range";
+
+  ASSERT_TRUE(inbox.wait_for_size(3));
+  expect_record(inbox.items(), sample_plot());
+  expect_record(inbox.items(), sample_fix());
+  expect_record(inbox.items(), sample_mark());
+  for (const Event& event : inbox.items()) EXPECT_GT(received_of(event).ns, 1'500'000'000'000'000'000);
+  EXPECT_EQ(reader.counts().samples, 3U);
+  EXPECT_EQ(reader.counts().malformed, 0U);
+  EXPECT_EQ(writers.counts().failures, 0U);
+}
+
+TEST(DdsLoopback, NotFiniteNumbersAreLeftToIngest) {
+  Participant node(test_participant(101, "node", ClockMode::Wall));
+  Inbox<Event> inbox;
+  InputReader reader(node, {}, [&](const Event& event, const RangeStamp&, const Name&) { inbox.add(event); });
+  InputWriters writers(node);
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  RadarTspi plot = sample_plot();
+  plot.measured.range_m = std::nan("");
+  plot.sensor = Name();
+  ASSERT_TRUE(writers.write(plot));
+  ASSERT_TRUE(inbox.wait_for_size(1));
+  EXPECT_TRUE(std::isnan(std::get<RadarTspi>(inbox.items()[0]).measured.range_m));
+}
+
+TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
+  Participant service(test_participant(102, "service", ClockMode::Wall));
+  Participant consumer(test_participant(102, "consumer", ClockMode::Wall));
+  Inbox<Result> results;
+  Inbox<ServiceStatus> statuses;
+  OutputSelection all;
+  all.observations = true;
+  OutputReaders readers(
+      consumer, all,
+      {[&](const Result& result) { results.add(result); }, [&](const ServiceStatus& status) { statuses.add(status); }});
+  OutputWriters writers(service, {});
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  ASSERT_TRUE(readers.wait_for_matched(1, seconds(30)));
+
+  ServiceStatus status;
+  status.node = "service";
+  status.stages = {true, false, true, false};
+  status.version = "0.1.0";
+  status.configuration_hash = std::string(64, 'f');
+  status.clock = ClockMode::Range;
+  status.time = {1};
+  status.last_tick = {2};
+  status.queue_depth = 3;
+  status.consumed = 4;
+  status.emitted = 5;
+  status.dropped = 6;
+  status.write_failures = 7;
+  status.latency_us = {8, 9, 10, 11};
+  status.archive_state = "recording";
+  status.state = "running";
+  for (const Result& result : {Result(sample_observation()), Result(sample_bias()), Result(sample_trajectory()),
+                               Result(sample_command()), Result(sample_health())}) {
+    writers.emit(result);
+  }
+  writers.publish(status);
+  writers.assert_liveliness();
+
+  ASSERT_TRUE(results.wait_for_size(5));
+  expect_record(results.items(), sample_observation());
+  expect_record(results.items(), sample_bias());
+  expect_record(results.items(), sample_trajectory());
+  expect_record(results.items(), sample_command());
+  expect_record(results.items(), sample_health());
+  ASSERT_TRUE(statuses.wait_for_size(1));
+  const ServiceStatus received = statuses.items()[0];
+  EXPECT_EQ(received.node, status.node);
+  EXPECT_TRUE(received.stages.ingest && !received.stages.align && received.stages.fuse && !received.stages.slave);
+  EXPECT_EQ(received.version, status.version);
+  EXPECT_EQ(received.configuration_hash, status.configuration_hash);
+  EXPECT_EQ(received.clock, status.clock);
+  EXPECT_EQ(received.time, status.time);
+  EXPECT_EQ(received.last_tick, status.last_tick);
+  EXPECT_EQ(received.queue_depth, status.queue_depth);
+  EXPECT_EQ(received.consumed, status.consumed);
+  EXPECT_EQ(received.emitted, status.emitted);
+  EXPECT_EQ(received.dropped, status.dropped);
+  EXPECT_EQ(received.write_failures, status.write_failures);
+  EXPECT_EQ(received.latency_us, status.latency_us);
+  EXPECT_EQ(received.archive_state, status.archive_state);
+  EXPECT_EQ(received.state, status.state);
+  EXPECT_EQ(writers.counts().failures, 0U);
+}
+
+TEST(DdsLoopback, ObservationsOfOtherNodesAreLeftAlone) {
+  Participant ingest(test_participant(103, "ingest-a", ClockMode::Wall));
+  Participant stranger(test_participant(103, "ingest-b", ClockMode::Wall));
+  Participant centre(test_participant(103, "centre", ClockMode::Wall));
+  Inbox<Event> inbox;
+  InputReader reader(centre, {false, false, {"ingest-a"}},
+                     [&](const Event& event, const RangeStamp&, const Name& node) {
+                       EXPECT_EQ(node, Name("ingest-a"));
+                       inbox.add(event);
+                     });
+  OutputWriters writers(ingest, {100, true, false});
+  OutputWriters strange_writers(stranger, {100, true, false});
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  ASSERT_TRUE(strange_writers.wait_for_matched(1, seconds(30)));
+  strange_writers.emit(sample_observation(1));
+  writers.emit(sample_observation(2));
+  ASSERT_TRUE(inbox.wait_for_size(1));
+  expect_record(inbox.items(), sample_observation(2));
+}
+
+TEST(DdsLoopback, AHundredAntennas) {
+  Participant service(test_participant(104, "service", ClockMode::Wall));
+  Participant consumer(test_participant(104, "consumer", ClockMode::Wall));
+  Inbox<Result> results;
+  OutputReaders readers(consumer, {}, {[&](const Result& result) { results.add(result); }, {}});
+  OutputWriters writers(service, {});
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  for (int i = 0; i < 100; ++i) writers.emit(sample_command(Name("antenna-" + std::to_string(i))));
+  EXPECT_EQ(writers.counts().failures, 0U) << writers.counts().last_failure;
+  ASSERT_TRUE(results.wait_for_size(100));
+  std::set<Name> antennas;
+  for (const Result& result : results.items()) antennas.insert(std::get<SlavingCommand>(result).antenna);
+  EXPECT_EQ(antennas.size(), 100U);
+}
+
+}  // namespace
+}  // namespace downrange::dds
