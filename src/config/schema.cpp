@@ -172,7 +172,7 @@ Section align_section() {
                  "what an offset may be before any data, 1-sigma per axis"),
           number("scale_prior", at(&A::scale_prior), {0, 1}, optional,
                  "what a scale error may be before any data, 1-sigma per axis"),
-          integer("window", at(&A::window), {0, 10'000}, optional,
+          integer("window", at(&A::window), {0, 64}, optional,
                   "samples of the paper's windowed process noise; 0: none, drift only"),
           number("offset_drift_m_sqrt_s", at(&A::offset_drift_m_sqrt_s), {0, 1e4}, optional,
                  "random walk of the offsets"),

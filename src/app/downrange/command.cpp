@@ -1,0 +1,57 @@
+#include "command.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+namespace downrange::app {
+
+void DdsOptions::add_to(CLI::App& command) {
+  command.add_option("--domain", domain, "DDS domain, 0 to 232 (default: the configuration's)");
+  command.add_option("--clock", clock, "wall or range (default: the configuration's)")
+      ->check(CLI::IsMember({"wall", "range"}));
+  command.add_option("--set", set, "Replace any key of the configuration, e.g. ingest.expect_simulated=true")
+      ->type_name("KEY=VALUE");
+}
+
+config::Overrides DdsOptions::overrides() const {
+  config::Overrides overrides;
+  if (domain) overrides.push_back({"dds.domain", std::to_string(*domain), "--domain"});
+  if (clock) overrides.push_back({"clock.mode", *clock, "--clock"});
+  for (const std::string& assignment : set) {
+    const std::size_t equals = assignment.find('=');
+    const std::string value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
+    overrides.push_back({assignment.substr(0, equals), value, "--set"});
+  }
+  return overrides;
+}
+
+dds::ParticipantOptions participant_options(const config::ServiceConfig& config, const Name& node) {
+  return {.domain = config.dds.domain,
+          .profiles = config.dds.profiles,
+          .node = node,
+          .clock = config.clock.mode == config::ClockMode::Range ? dds::ClockMode::Range : dds::ClockMode::Wall};
+}
+
+double parse_rate(const std::string& text) {
+  if (text == "max") return 0;
+  double rate = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate);
+  if (error != std::errc() || end != text.data() + text.size() || !(rate > 0) || !std::isfinite(rate))
+    throw CLI::ValidationError("--rate", "'" + text + "': allowed are a positive number or max");
+  return rate;
+}
+
+std::vector<Name> parse_names(const std::string& text) {
+  std::vector<Name> names;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');) {
+    const auto name = Name::parse(part);
+    if (!name || name->empty())
+      throw CLI::ValidationError("'" + part + "' in '" + text + "': a name has 1 to 31 characters");
+    names.push_back(*name);
+  }
+  return names;
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,58 @@
+#include "flight.hpp"
+
+#include <iostream>
+
+#include "dds/range_clock.hpp"
+#include "pace.hpp"
+
+namespace downrange::app {
+
+void replay_in_process(archive::EventSource& source, const RangeConfig& range, const StageSet& stages, ResultSink& sink,
+                       const std::function<void(const Event&)>& before) {
+  Engine engine(range, stages, sink);
+  while (const auto event = source.next()) {
+    const Event admitted = engine.admit(*event);
+    before(admitted);
+    engine.handle(admitted);
+  }
+  if (const auto tick = source.last_tick()) engine.advance_to(*tick);
+}
+
+void drive_over_dds(const config::ServiceConfig& config, const Name& driver, const DriveOptions& options,
+                    const std::function<std::optional<Event>()>& next, const std::function<void(Time)>& progress,
+                    std::optional<Time> last_tick) {
+  if (config.clock.mode != config::ClockMode::Range)
+    throw std::runtime_error(
+        "flights over DDS are flown on the range clock: set clock.mode = \"range\" or --clock range");
+  dds::Participant participant(participant_options(config, driver));
+  dds::RangeClockDriver clock(participant, {.nodes = options.nodes});
+  clock.wait_for_nodes(std::chrono::seconds(30));
+
+  Pace pace(options.rate);
+  std::vector<Event> step;
+  std::optional<Event> event = next();
+  Time time{};
+  while (event) {
+    step.clear();
+    time = received_of(*event);
+    while (event && received_of(*event) == time) {
+      step.push_back(*event);
+      event = next();
+    }
+    if (event && received_of(*event) < time) throw std::runtime_error("the events are not in order of their arrival");
+    pace.wait_until(time);
+    clock.step(time, step);
+    progress(time);
+  }
+  if (last_tick && *last_tick > time) clock.step(*last_tick, {});
+  clock.finish();
+}
+
+int close_archive(archive::Writer& writer, const std::string& path) {
+  const auto status = writer.close();
+  if (status.ok()) return exit_ok;
+  std::cerr << "downrange: " << path << ": " << status.failure << '\n';
+  return exit_failed;
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,70 @@
+#include <archive/import_csv.hpp>
+#include <cstdio>
+#include <iostream>
+
+#include "command.hpp"
+#include "progress.hpp"
+
+namespace downrange::app {
+namespace {
+
+struct Options {
+  std::string mapping;
+  std::string out;
+  std::string folder;
+};
+
+void print(const char* what, const archive::Defects& defects) {
+  if (defects.count == 0) return;
+  std::printf("    %-22s %llu", what, static_cast<unsigned long long>(defects.count));
+  const char* separator = ": line ";
+  for (const auto& row : defects.first) {
+    std::printf("%s%llu%s%s%s", separator, static_cast<unsigned long long>(row.line), row.what.empty() ? "" : " (",
+                row.what.c_str(), row.what.empty() ? "" : ")");
+    separator = ", ";
+  }
+  std::printf("%s\n", defects.count > defects.first.size() ? ", ..." : "");
+}
+
+int import(const Options& o) {
+  Progress progress("importing");
+  archive::ImportOptions options;
+  if (!o.folder.empty()) options.folder = o.folder;
+  options.progress = [&](double fraction) { progress.show(fraction); };
+  options.writer.overwrite = true;
+  const archive::ImportReport report = archive::import_csv(o.mapping, o.out, options);
+  progress.done();
+  for (const auto& file : report.files) {
+    std::printf("%s -> %s: %llu of %llu rows imported\n", file.path.c_str(), file.source.c_str(),
+                static_cast<unsigned long long>(file.imported), static_cast<unsigned long long>(file.rows));
+    print("left out, malformed", file.malformed);
+    print("left out, not finite", file.not_finite);
+    print("time steps backwards", file.epoch_backwards);
+    print("same time again", file.epoch_repeated);
+    print("same value again", file.value_repeated);
+    print("received out of order", file.received_backwards);
+  }
+  std::printf("%s: %llu events, %llu truth records\n", o.out.c_str(), static_cast<unsigned long long>(report.events),
+              static_cast<unsigned long long>(report.truths));
+  if (report.archive.ok()) return exit_ok;
+  std::cerr << "downrange: " << o.out << ": " << report.archive.failure << '\n';
+  return exit_failed;
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, Run& run) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("import", "Import CSV files of radar plots and GPS fixes, by a declared mapping");
+  command->add_option("MAPPING", o->mapping, "Which column means what, e.g. tools/imports/falcon9_crs11.toml")
+      ->required();
+  command->add_option("--out", o->out, "Archive to write (.mcap)")->required();
+  command->add_option("--folder", o->folder, "Folder of the CSV files (default: the mapping's)");
+  command->footer(
+      "Rows that cannot be read are left out and listed. Rows that can are passed on as they are, defects of\n"
+      "their clocks included: the service's ingest judges them when the archive is replayed.");
+  command->callback([o, &run] { run = [o] { return import(*o); }; });
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,37 @@
+/// downrange: the operator's and analyst's command.
+
+#include <exception>
+#include <iostream>
+
+#include "command.hpp"
+
+int main(int argc, char** argv) {
+  using namespace downrange::app;
+  CLI::App app(
+      "Launch-range tracking: check a range's configuration, simulate and replay flights, record, import, watch and\n"
+      "judge them. The service itself is downranged.");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", DOWNRANGE_VERSION);
+  app.footer("Start here:  downrange check config/naro.toml    Every command: downrange COMMAND --help");
+  Run run;
+  add_check(app, run);
+  add_simulate(app, run);
+  add_replay(app, run);
+  add_record(app, run);
+  add_import(app, run);
+  add_watch(app, run);
+  add_report(app, run);
+  add_diff(app, run);
+  try {
+    app.parse(argc, argv);
+    return run();
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? exit_ok : exit_usage;
+  } catch (const downrange::config::ConfigError& e) {
+    std::cerr << e.what() << '\n';
+    return exit_usage;
+  } catch (const std::exception& e) {
+    std::cerr << "downrange: " << e.what() << '\n';
+    return exit_failed;
+  }
+}

@@ -1,0 +1,137 @@
+#include <archive/replay.hpp>
+#include <archive/writer.hpp>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+#include "flight.hpp"
+#include "pace.hpp"
+#include "progress.hpp"
+
+namespace downrange::app {
+namespace {
+
+struct Options {
+  DdsOptions dds;
+  std::string archive;
+  std::string out;
+  std::string methods;
+  std::string rate = "max";
+  bool over_dds = false;
+  std::string nodes;
+};
+
+/// The given configuration, or the one the archive carries.
+config::ServiceConfig configuration(const Options& o) {
+  config::Overrides overrides = o.dds.overrides();
+  if (!o.methods.empty()) {
+    std::string list;
+    for (const Name& name : parse_names(o.methods))
+      list += (list.empty() ? "\"" : ", \"") + std::string(name.view()) + "\"";
+    overrides.push_back({"fuse.methods", "[" + list + "]", "--methods"});
+  }
+  if (!o.dds.config.empty()) return config::load(o.dds.config, overrides);
+  const auto attached = archive::read_attachment(o.archive, "config.toml");
+  if (!attached) throw std::runtime_error(o.archive + " carries no configuration: give one with --config");
+  return config::load_text(*attached, o.archive + ":config.toml", overrides);
+}
+
+void warn_of_end(const archive::EventSource& source, const std::string& path) {
+  if (source.truncated())
+    std::cerr << "note: " << path << " is cut off at byte " << source.truncated()->offset << " ("
+              << source.truncated()->what << "); replayed up to there\n";
+}
+
+struct Counter final : ResultSink {
+  void emit(const Result& result) override { ++count[result.index()]; }
+  std::array<std::uint64_t, std::variant_size_v<Result>> count{};
+};
+
+int replay_here(const Options& o, const config::ServiceConfig& config) {
+  archive::EventSource source(o.archive);
+  std::optional<archive::Writer> writer;
+  std::optional<ArchiveSink> to_archive;
+  Counter counter;
+  std::vector<ResultSink*> sinks{&counter};
+  if (!o.out.empty()) {
+    writer.emplace(o.out, archive::WriterOptions{.overwrite = true});
+    writer->attach("config.toml", "application/toml", config.text);
+    sinks.push_back(&to_archive.emplace(*writer));
+  }
+  source.on_truth([&](const archive::Truth& truth) {
+    if (writer) writer->write_truth(truth);
+  });
+
+  Progress progress("replaying");
+  Pace pace(parse_rate(o.rate));
+  FanOut sink(sinks);
+  std::optional<Time> first;
+  Time last{};
+  std::uint64_t events = 0;
+  const auto started = std::chrono::steady_clock::now();
+  replay_in_process(source, config.range, config.node.stages, sink, [&](const Event& event) {
+    last = received_of(event);
+    if (!first) first = last;
+    pace.wait_until(last);
+    if (writer) writer->write(event);
+    if (++events % 256 == 0) progress.show(source.progress());
+  });
+  if (writer && source.last_tick()) writer->write_last_tick(*source.last_tick());
+  const int code = writer ? close_archive(*writer, o.out) : exit_ok;
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  progress.show(1);
+  progress.done();
+  warn_of_end(source, o.archive);
+  const double flight_s = first ? (last - *first).seconds() : 0;
+  std::printf("%s: %llu events over %.1f s replayed in %.2f s (%.0f times real time)\n", o.archive.c_str(),
+              static_cast<unsigned long long>(events), flight_s, took, took > 0 ? flight_s / took : 0.0);
+  static constexpr std::array<const char*, std::variant_size_v<Result>> names{
+      "observations", "bias records", "trajectory records", "slaving commands", "health records"};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
+  return code;
+}
+
+int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
+  archive::EventSource source(o.archive);
+  std::vector<Name> nodes = parse_names(o.nodes);
+  if (nodes.empty()) {
+    nodes = config.dds.ingest_nodes;
+    nodes.push_back(config.node.id);
+  }
+  // The last tick stands at the archive's end: a first pass finds it, and that every record can be read.
+  while (source.next()) {
+  }
+  archive::EventSource again(o.archive);
+  Progress progress("flying");
+  drive_over_dds(
+      config, "downrange-replay", {.nodes = nodes, .rate = parse_rate(o.rate)}, [&] { return again.next(); },
+      [&](Time) { progress.show(again.progress()); }, source.last_tick());
+  warn_of_end(again, o.archive);
+  return exit_ok;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Run& run) {
+  auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("replay", "Replay an archive through the engine, here or over DDS");
+  command->add_option("ARCHIVE", o->archive, "Recorded, simulated or imported flight (.mcap)")->required();
+  command->add_option("--config", o->dds.config, "Configuration (default: the one in the archive)");
+  command->add_option("--methods", o->methods, "Methods side by side, comma-separated (default: the configuration's)");
+  command->add_option("--out", o->out, "Write events and results to this archive (.mcap)");
+  command->add_option("--rate", o->rate, "Seconds of flight per second, or max")->capture_default_str();
+  command->add_flag("--dds", o->over_dds, "Publish the recorded messages to running nodes, on the range clock");
+  command->add_option("--nodes", o->nodes,
+                      "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
+  o->dds.add_to(*command);
+  command->footer("In-process replay of a recorded flight gives the recorded bits again: compare with downrange diff.");
+  command->callback([o, &run] {
+    run = [o] {
+      const auto config = configuration(*o);
+      return o->over_dds ? replay_over_dds(*o, config) : replay_here(*o, config);
+    };
+  });
+}
+
+}  // namespace downrange::app
