@@ -1,0 +1,88 @@
+#include "event_queue.hpp"
+
+#include <algorithm>
+
+namespace downrange::app {
+
+Name source_of(const Event& event) {
+  struct Source {
+    Name operator()(const MissionEvent& e) const { return e.mission; }
+    Name operator()(const RadarTspi& e) const { return e.sensor; }
+    Name operator()(const GpsFix& e) const { return e.station; }
+    Name operator()(const Observation& e) const { return e.sensor; }
+  };
+  return std::visit(Source{}, event);
+}
+
+EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_source) : sources_(std::move(sources)) {
+  rings_.resize(sources_.size() + 1);
+  for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_source));
+}
+
+void EventQueue::push(const Event& event) {
+  {
+    const std::lock_guard lock(mutex_);
+    Ring& ring = ring_of(source_of(event));
+    const std::size_t capacity = ring.slots.size();
+    if (ring.size == capacity) {
+      ring.first = (ring.first + 1) % capacity;
+      --ring.size;
+      --depth_;
+      ++dropped_;
+    }
+    ring.slots[(ring.first + ring.size) % capacity] = {arrivals_++, event};
+    ++ring.size;
+    ++depth_;
+  }
+  filled_.notify_one();
+}
+
+void EventQueue::wait(std::chrono::nanoseconds at_most) {
+  std::unique_lock lock(mutex_);
+  filled_.wait_for(lock, at_most, [this] { return depth_ > 0 || closed_; });
+}
+
+std::optional<Event> EventQueue::pop() {
+  const std::lock_guard lock(mutex_);
+  Ring* ring = oldest_locked();
+  if (ring == nullptr) return std::nullopt;
+  const Event event = ring->slots[ring->first].event;
+  ring->first = (ring->first + 1) % ring->slots.size();
+  --ring->size;
+  --depth_;
+  return event;
+}
+
+void EventQueue::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  filled_.notify_all();
+}
+
+std::size_t EventQueue::depth() const {
+  const std::lock_guard lock(mutex_);
+  return depth_;
+}
+
+std::uint64_t EventQueue::dropped() const {
+  const std::lock_guard lock(mutex_);
+  return dropped_;
+}
+
+EventQueue::Ring& EventQueue::ring_of(const Name& source) {
+  const auto known = std::ranges::find(sources_, source);
+  return rings_[static_cast<std::size_t>(known - sources_.begin())];
+}
+
+EventQueue::Ring* EventQueue::oldest_locked() {
+  Ring* oldest = nullptr;
+  for (Ring& ring : rings_) {
+    if (ring.size == 0) continue;
+    if (oldest == nullptr || ring.slots[ring.first].order < oldest->slots[oldest->first].order) oldest = &ring;
+  }
+  return oldest;
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,31 @@
+#include "flight.hpp"
+
+namespace downrange::app {
+
+Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, Time start)
+    : outputs_(outputs),
+      recorder_(config.archive.enabled ? std::make_unique<Recorder>(config, start) : nullptr),
+      engine_(config.range, config.node.stages, *this) {}
+
+Flight::~Flight() {
+  if (recorder_) recorder_->finish(engine_.last_tick());
+}
+
+void Flight::consume(const Event& event) {
+  const Event admitted = engine_.admit(event);
+  if (recorder_) recorder_->consumed(admitted);
+  engine_.handle(admitted);
+  ++consumed_;
+}
+
+void Flight::advance(Time now) {
+  if (consumed_ > 0) engine_.advance_to(now);
+}
+
+void Flight::emit(const Result& result) {
+  outputs_.emit(result);
+  if (recorder_) recorder_->produced(result);
+  ++emitted_;
+}
+
+}  // namespace downrange::app

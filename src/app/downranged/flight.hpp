@@ -1,0 +1,42 @@
+#pragma once
+/// One flight: an engine, its results published, and both sides of it recorded.
+
+#include <cstdint>
+#include <downrange/stage/engine.hpp>
+#include <memory>
+#include <string>
+
+#include "dds/outputs.hpp"
+#include "recorder.hpp"
+
+namespace downrange::app {
+
+class Flight final : private ResultSink {
+ public:
+  /// `outputs` outlives the flight. Throws archive::ArchiveError when the archive cannot be opened.
+  Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, Time start);
+  /// Closes the archive.
+  ~Flight() override;
+  Flight(const Flight&) = delete;
+  Flight& operator=(const Flight&) = delete;
+
+  void consume(const Event& event);
+  /// Ticks up to `now`, from the first event on: so a replay, which knows the events only, has the same ticks.
+  void advance(Time now);
+
+  [[nodiscard]] std::uint64_t consumed() const { return consumed_; }
+  [[nodiscard]] std::uint64_t emitted() const { return emitted_; }
+  [[nodiscard]] Time last_tick() const { return engine_.last_tick(); }
+  [[nodiscard]] std::string archive_state() { return recorder_ ? recorder_->state() : "off"; }
+
+ private:
+  void emit(const Result& result) override;
+
+  dds::OutputWriters& outputs_;
+  std::unique_ptr<Recorder> recorder_;  ///< none: not recorded
+  Engine engine_;
+  std::uint64_t consumed_ = 0;
+  std::uint64_t emitted_ = 0;
+};
+
+}  // namespace downrange::app

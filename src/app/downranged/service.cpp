@@ -1,0 +1,256 @@
+#include "service.hpp"
+
+#include <spdlog/spdlog.h>
+#include <time.h>
+
+#include <algorithm>
+#include <exception>
+
+namespace downrange::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Well inside of the shortest liveliness lease.
+constexpr auto assertion_interval = 10ms;
+constexpr auto status_interval = 1s;
+/// How long the range clock may be silent before this node looks at its own affairs.
+constexpr auto step_wait = 10ms;
+
+Time utc_now() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return {static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec};
+}
+
+dds::ParticipantOptions participant_options(const config::ServiceConfig& config) {
+  const bool range_clock = config.clock.mode == config::ClockMode::Range;
+  return {config.dds.domain, config.dds.profiles, config.node.id,
+          range_clock ? dds::ClockMode::Range : dds::ClockMode::Wall};
+}
+
+dds::OutputOptions output_options(const config::NodeConfig& node) {
+  dds::OutputOptions options;
+  options.strength = node.strength;
+  options.observations = node.stages.ingest;
+  options.results = node.stages.fuse;
+  return options;
+}
+
+/// Nodes whose observations come in place of the sensors' own samples.
+std::vector<Name> ingest_nodes(const config::ServiceConfig& config) {
+  return config.node.stages.ingest ? std::vector<Name>{} : config.dds.ingest_nodes;
+}
+
+std::vector<Name> source_names(const RangeConfig& range) {
+  std::vector<Name> names;
+  for (const RadarConfig& radar : range.radars) names.push_back(radar.id);
+  for (const TelemetryConfig& station : range.telemetry) names.push_back(station.id);
+  return names;
+}
+
+const config::ServiceConfig& checked(const config::ServiceConfig& config) {
+  if (config.archive.enabled) require_archive_folder(config.archive);
+  return config;
+}
+
+}  // namespace
+
+Service::MiddlewareLog::MiddlewareLog() {
+  dds::set_log_sink([](const dds::LogLine& line) {
+    spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "dds: {}: {}", line.category, line.text);
+  });
+}
+Service::MiddlewareLog::~MiddlewareLog() { dds::set_log_sink({}); }
+
+Service::Service(const config::ServiceConfig& config, std::function<void()> on_failure)
+    : config_(checked(config)),
+      on_failure_(std::move(on_failure)),
+      participant_(participant_options(config_)),
+      outputs_(participant_, output_options(config_.node)),
+      queue_(source_names(config_.range), config_.node.queue) {
+  for (const std::string& note : participant_.notes()) spdlog::warn("dds: {}", note);
+  const bool sensors = config_.node.stages.ingest;
+  if (config_.clock.mode == config::ClockMode::Wall) {
+    flight_ = std::make_unique<Flight>(config_, outputs_, utc_now());
+    state_ = "running";
+    const auto enqueue = [this](const Event& event, const dds::RangeStamp&, const Name&) {
+      if (takes(event)) queue_.push(event);
+    };
+    input_ = std::make_unique<dds::InputReader>(participant_, dds::InputSelection{sensors, true, ingest_nodes(config_)},
+                                                enqueue);
+  } else {
+    state_ = "waiting for the range clock";
+    const auto timeout = std::chrono::milliseconds(config_.clock.step_timeout.ns / 1'000'000);
+    follower_ = std::make_unique<dds::RangeClockFollower>(
+        participant_, dds::FollowerOptions{sensors, ingest_nodes(config_), timeout}, &outputs_);
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+Service::~Service() { stop(); }
+
+void Service::stop() {
+  stop_ = true;
+  queue_.close();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Service::run() {
+  try {
+    if (input_) {
+      follow_wall_clock();
+    } else {
+      follow_range_clock();
+    }
+    end_flight();
+    state_ = "stopped";
+    publish_status();
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+    on_failure_();
+  }
+}
+
+// A timer only hands in ticks: what has arrived by `now` goes before the ticks up to `now`.
+void Service::follow_wall_clock() {
+  while (!stop_) {
+    const Time now = utc_now();
+    consume_arrived();
+    flight_->advance(now);
+    beat();
+    const Time next_tick = ceil_to_grid(now + Duration{1}, config_.range.tick);
+    queue_.wait(std::chrono::nanoseconds((next_tick - utc_now()).ns));
+  }
+  consume_arrived();
+}
+
+void Service::consume_arrived() {
+  // As many as there were at first: a flood must not hold up the ticks.
+  for (std::size_t waiting = queue_.depth(); waiting > 0; --waiting) {
+    const std::optional<Event> event = queue_.pop();
+    if (!event) return;
+    flight_->consume(*event);
+    latency_.add(utc_now() - received_of(*event));
+  }
+}
+
+void Service::follow_range_clock() {
+  while (!stop_) {
+    const std::optional<dds::RangeStep> step = next_step();
+    if (step) consume(*step);
+    beat();
+  }
+}
+
+std::optional<dds::RangeStep> Service::next_step() {
+  try {
+    const std::optional<dds::RangeStep> step = follower_->next(step_wait);
+    while (const std::optional<std::string> notice = follower_->notice()) spdlog::warn("range clock: {}", *notice);
+    return step;
+  } catch (const dds::LockstepError& error) {
+    spdlog::error("range clock: flight stopped: {}", error.what());
+    end_flight();
+    state_ = "flight stopped: lockstep lost";
+    return std::nullopt;
+  }
+}
+
+void Service::consume(const dds::RangeStep& step) {
+  const auto start = Clock::now();
+  if (step.step == 1) {
+    end_flight();
+    flight_ = std::make_unique<Flight>(config_, outputs_, utc_now());
+    state_ = "running";
+    spdlog::info("range clock: run {} begins", step.run_id);
+  }
+  if (!flight_) return;
+  for (const Event& event : step.events) {
+    if (takes(event)) flight_->consume(event);
+  }
+  flight_->advance(step.time);
+  if (!step.events.empty()) latency_.add({std::chrono::nanoseconds(Clock::now() - start).count()});
+  if (step.end) {
+    spdlog::info("range clock: run {} ends after step {}", step.run_id, step.step);
+    end_flight();
+    state_ = "waiting for the range clock";
+  }
+  // Last: an acknowledged end means that the archive is closed.
+  follower_->acknowledge(step);
+}
+
+void Service::end_flight() {
+  if (!flight_) return;
+  consumed_before_ += flight_->consumed();
+  emitted_before_ += flight_->emitted();
+  flight_.reset();
+}
+
+bool Service::takes(const Event& event) const {
+  const std::vector<Name>& sources = config_.node.sources;
+  if (sources.empty() || std::holds_alternative<MissionEvent>(event)) return true;
+  return std::ranges::find(sources, source_of(event)) != sources.end();
+}
+
+void Service::beat() {
+  ++progress_;
+  const auto now = Clock::now();
+  // On the range clock leases are infinite, and the writers' profiles refuse an assertion.
+  if (input_ && now >= next_assertion_) {
+    outputs_.assert_liveliness();
+    next_assertion_ = now + assertion_interval;
+  }
+  if (now >= next_status_) {
+    publish_status();
+    next_status_ = now + status_interval;
+  }
+}
+
+void Service::publish_status() {
+  const dds::ReadCounts read = read_counts();
+  const dds::WriteCounts written = outputs_.counts();
+
+  dds::ServiceStatus status;
+  status.node = config_.node.id;
+  status.stages = config_.node.stages;
+  status.version = DOWNRANGE_VERSION;
+  status.configuration_hash = config_.hash;
+  status.clock = participant_.clock();
+  status.time = utc_now();
+  status.queue_depth = static_cast<std::uint32_t>(queue_.depth());
+  status.consumed = consumed_before_;
+  status.emitted = emitted_before_;
+  status.archive_state = config_.archive.enabled ? "waiting" : "off";
+  if (flight_) {
+    status.last_tick = flight_->last_tick();
+    status.consumed += flight_->consumed();
+    status.emitted += flight_->emitted();
+    status.archive_state = flight_->archive_state();
+  }
+  status.dropped = queue_.dropped() + read.malformed + read.lost;
+  status.write_failures = written.failures;
+  status.latency_us = {latency_.quantile_us(0.5), latency_.quantile_us(0.95), latency_.quantile_us(0.99),
+                       latency_.max_us()};
+  status.state = state_;
+  outputs_.publish(status);
+  report_losses(status.dropped, read, written);
+}
+
+dds::ReadCounts Service::read_counts() const { return input_ ? input_->counts() : follower_->counts(); }
+
+void Service::report_losses(std::uint64_t dropped, const dds::ReadCounts& read, const dds::WriteCounts& written) {
+  if (dropped != reported_.dropped) {
+    spdlog::warn("inputs lost so far: {} (queue full {}, malformed {}, lost in transport {}) {}", dropped,
+                 queue_.dropped(), read.malformed, read.lost, read.last_malformed);
+  }
+  if (written.failures != reported_.write_failures) {
+    spdlog::error("results not written so far: {}: {}", written.failures, written.last_failure);
+  }
+  const std::uint64_t incompatible = read.incompatible + written.incompatible;
+  if (incompatible != reported_.incompatible) {
+    spdlog::warn("peers met whose QoS does not suit: {} writers, {} readers", read.incompatible, written.incompatible);
+  }
+  reported_ = {dropped, written.failures, incompatible};
+}
+
+}  // namespace downrange::app

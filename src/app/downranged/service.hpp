@@ -1,0 +1,98 @@
+#pragma once
+/// The running service: DDS on both sides of the engine's thread. Starts in the constructor, stops in stop().
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "config/service_config.hpp"
+#include "dds/inputs.hpp"
+#include "dds/outputs.hpp"
+#include "dds/participant.hpp"
+#include "dds/range_clock.hpp"
+#include "event_queue.hpp"
+#include "flight.hpp"
+#include "latency.hpp"
+
+namespace downrange::app {
+
+class Service {
+ public:
+  /// `on_failure` is called from the engine's thread when it cannot go on. Throws dds::DdsError, archive::ArchiveError
+  /// and std::runtime_error for a broken environment, with what is broken in the text.
+  Service(const config::ServiceConfig& config, std::function<void()> on_failure);
+  ~Service();
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Consumes what has arrived, closes the archive and ends. Once; the destructor does it otherwise.
+  void stop();
+
+  /// Rises while the engine's thread is alive, with or without input.
+  [[nodiscard]] const std::atomic<std::uint64_t>& progress() const { return progress_; }
+  /// Why the engine's thread ended by itself. To be asked after stop().
+  [[nodiscard]] const std::optional<std::string>& failure() const { return failure_; }
+
+ private:
+  /// The middleware's messages go into our log while the service lives.
+  struct MiddlewareLog {
+    MiddlewareLog();
+    ~MiddlewareLog();
+    MiddlewareLog(const MiddlewareLog&) = delete;
+    MiddlewareLog& operator=(const MiddlewareLog&) = delete;
+  };
+  /// Counters as the log last told them.
+  struct Reported {
+    std::uint64_t dropped = 0;
+    std::uint64_t write_failures = 0;
+    std::uint64_t incompatible = 0;
+  };
+  using Clock = std::chrono::steady_clock;
+
+  void run();
+  void follow_wall_clock();
+  void follow_range_clock();
+  void consume_arrived();
+  void consume(const dds::RangeStep& step);
+  [[nodiscard]] std::optional<dds::RangeStep> next_step();
+  void end_flight();
+  /// Ownership of its input topics: whether this node takes the event.
+  [[nodiscard]] bool takes(const Event& event) const;
+  /// Liveliness, watchdog, and once a second the status.
+  void beat();
+  void publish_status();
+  [[nodiscard]] dds::ReadCounts read_counts() const;
+  void report_losses(std::uint64_t dropped, const dds::ReadCounts& read, const dds::WriteCounts& written);
+
+  const config::ServiceConfig config_;
+  std::function<void()> on_failure_;
+  MiddlewareLog middleware_log_;
+  dds::Participant participant_;
+  dds::OutputWriters outputs_;
+
+  EventQueue queue_;                                   ///< wall clock
+  std::unique_ptr<dds::InputReader> input_;            ///< wall clock
+  std::unique_ptr<dds::RangeClockFollower> follower_;  ///< range clock
+
+  // The engine thread's own.
+  std::unique_ptr<Flight> flight_;
+  std::uint64_t consumed_before_ = 0;  ///< in flights that are over
+  std::uint64_t emitted_before_ = 0;
+  std::string state_;
+  LatencyHistogram latency_;
+  Clock::time_point next_assertion_;
+  Clock::time_point next_status_;
+  Reported reported_;
+
+  std::atomic<bool> stop_ = false;
+  std::atomic<std::uint64_t> progress_ = 0;
+  std::optional<std::string> failure_;
+  std::thread thread_;
+};
+
+}  // namespace downrange::app
