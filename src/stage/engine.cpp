@@ -24,7 +24,7 @@ class Engine::Impl {
     if (stages_.ingest) take(ingest_.judge(fix));
   }
   void operator()(const Observation& o) {
-    if (!stages_.ingest) follow(o);
+    if (!stages_.ingest) follow(ingest_.judge(o));
   }
 
   void advance_to(Time now) {

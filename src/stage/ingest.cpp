@@ -19,6 +19,11 @@ bool finite(const Polar& q) {
   return std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad);
 }
 
+template <class Config>
+bool known_source(const std::vector<Config>& configured, const Name& id) {
+  return std::ranges::find(configured, id, &Config::id) != configured.end();
+}
+
 double stated_or(double stated, double configured, double floor) {
   return stated > 0 ? std::max(stated, floor) : configured;
 }
@@ -38,10 +43,9 @@ Observation Ingest::judge(const RadarTspi& tspi) {
   o.measured = tspi.measured;
   o.measured.azimuth_rad = wrap_two_pi(o.measured.azimuth_rad);
 
-  const auto radar = std::find_if(config_.radars.begin(), config_.radars.end(),
-                                  [&](const RadarConfig& r) { return r.id == tspi.sensor; });
+  const auto radar = std::ranges::find(config_.radars, tspi.sensor, &RadarConfig::id);
   const auto reason = [&] {
-    if (radar == config_.radars.end() || !known_target(tspi.target)) return Reason::UnknownSource;
+    if (radar == config_.radars.end() || !known_source(config_.targets, tspi.target)) return Reason::UnknownSource;
     if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
     if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
     if (!finite(tspi.measured)) return Reason::NotFinite;
@@ -71,10 +75,9 @@ Observation Ingest::judge(const GpsFix& fix) {
   o.sigma_vertical_m = stated_or(fix.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m);
   o.sigma_velocity_m_s = stated_or(fix.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s);
 
-  const bool known_station = std::any_of(config_.telemetry.begin(), config_.telemetry.end(),
-                                         [&](const TelemetryConfig& t) { return t.id == fix.station; });
   const auto reason = [&] {
-    if (!known_station || !known_target(fix.target)) return Reason::UnknownSource;
+    if (!known_source(config_.telemetry, fix.station) || !known_source(config_.targets, fix.target))
+      return Reason::UnknownSource;
     if (fix.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
     const bool three_dimensional = fix.fix == FixType::ThreeDimensional || fix.fix == FixType::Differential;
     if (!three_dimensional || (fix.satellites > 0 && fix.satellites < config_.gps.min_satellites))
@@ -93,9 +96,23 @@ Observation Ingest::judge(const GpsFix& fix) {
   return o;
 }
 
-bool Ingest::known_target(const Name& target) const {
-  return std::any_of(config_.targets.begin(), config_.targets.end(),
-                     [&](const TargetConfig& t) { return t.id == target; });
+Observation Ingest::judge(Observation observation) {
+  if (observation.verdict != Reason::Accepted) return observation;
+  const bool radar = observation.kind == ObservationKind::Radar;
+  const auto reason = [&] {
+    const bool known =
+        radar ? known_source(config_.radars, observation.sensor) : known_source(config_.telemetry, observation.sensor);
+    if (!known || !known_source(config_.targets, observation.target)) return Reason::UnknownSource;
+    const bool whole = radar ? finite(observation.measured)
+                             : observation.position.m.allFinite() && std::isfinite(observation.sigma_horizontal_m) &&
+                                   std::isfinite(observation.sigma_vertical_m) &&
+                                   (!observation.velocity_valid || observation.velocity.m_s.allFinite());
+    if (!whole) return Reason::NotFinite;
+    return judge_time(observation, stream_of(observation.kind, radar ? observation.sensor : observation.receiver,
+                                             observation.target));
+  };
+  observation.verdict = reason();
+  return observation;
 }
 
 Ingest::Stream& Ingest::stream_of(ObservationKind kind, const Name& source, const Name& target) {

@@ -16,6 +16,10 @@ class Ingest {
   [[nodiscard]] Observation judge(const RadarTspi& tspi);
   [[nodiscard]] Observation judge(const GpsFix& fix);
 
+  /// At a centre: an observation that another node accepted, against this node's configuration and the observations of
+  /// all ingest nodes together. Two nodes may have accepted the same fix from two stations.
+  [[nodiscard]] Observation judge(Observation observation);
+
  private:
   /// What one sender (radar or station) and receiver said of one target within the history.
   struct Stream {
@@ -30,7 +34,6 @@ class Ingest {
     std::vector<Entry> recent;
   };
 
-  [[nodiscard]] bool known_target(const Name& target) const;
   [[nodiscard]] Stream& stream_of(ObservationKind kind, const Name& source, const Name& target);
   /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
   [[nodiscard]] Reason judge_time(const Observation& o, Stream& stream) const;

@@ -67,6 +67,33 @@ TEST(Engine, SplitIntoIngestAndCentreGivesTheSameBits) {
   expect_same<SensorBias>(whole, centre);
 }
 
+TEST(Engine, TwoIngestNodesThatBothHaveTheSameFixGiveTheSameBits) {
+  const RangeConfig range = small_range();
+  const auto events = small_flight(range, 30, 12);
+  const Collector whole = run(range, events);
+  // Each node has one radar and one station; every fix comes by both stations.
+  std::vector<Event> of_node[2];
+  for (const Event& e : events) {
+    const auto* plot = std::get_if<RadarTspi>(&e);
+    const auto* fix = std::get_if<GpsFix>(&e);
+    const bool first = plot != nullptr ? plot->sensor == range.radars[0].id : fix->station == range.telemetry[0].id;
+    of_node[first ? 0 : 1].push_back(e);
+  }
+  std::vector<Event> observations;
+  for (const auto& node : of_node) {
+    const Collector out = run(range, node, {.ingest = true, .align = false, .fuse = false, .slave = false});
+    for (const Observation& o : out.of<Observation>()) observations.emplace_back(o);
+  }
+  std::stable_sort(observations.begin(), observations.end(), [](const Event& a, const Event& b) {
+    if (received_of(a) != received_of(b)) return received_of(a) < received_of(b);
+    return step_order_less(a, b);
+  });
+  const Collector centre = run(range, observations, {.ingest = false, .align = true, .fuse = true, .slave = true});
+  expect_same<Trajectory>(whole, centre);
+  expect_same<SlavingCommand>(whole, centre);
+  expect_same<SensorBias>(whole, centre);
+}
+
 TEST(Engine, TicksRunBeforeEventsAndOnTheUtcGrid) {
   const RangeConfig range = small_range();
   const auto events = small_flight(range, 10, 3);

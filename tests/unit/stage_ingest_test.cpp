@@ -107,6 +107,24 @@ TEST(Ingest, AClockThatStepsBackIsNotLateData) {
   EXPECT_EQ(ingest.judge(fix_at("goheung-tgs", 31.0, 1)).verdict, Reason::Accepted);
 }
 
+TEST(Ingest, ACentreTrustsNoOtherNodeBlindly) {
+  const RangeConfig range = test::small_range();
+  const Observation good = Ingest(range).judge(plot_at(range.radars[0], 30, 1));
+  Observation o = good;
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::Accepted);
+  o.sensor = "nobody";
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::UnknownSource);
+  o = good;
+  o.measured.range_m = std::nan("");
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::NotFinite);
+  o = good;
+  o.verdict = Reason::NotTracking;
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::NotTracking);
+  Ingest twice(range);
+  EXPECT_EQ(twice.judge(good).verdict, Reason::Accepted);
+  EXPECT_EQ(twice.judge(good).verdict, Reason::Duplicate);
+}
+
 TEST(Ingest, AzimuthIsBroughtIntoOneTurn) {
   const RangeConfig range = test::small_range();
   Ingest ingest(range);
