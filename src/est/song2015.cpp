@@ -5,6 +5,7 @@
 #include <downrange/est/motion.hpp>
 #include <downrange/est/song2015.hpp>
 #include <limits>
+#include <utility>
 
 namespace downrange {
 namespace {
@@ -102,6 +103,7 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
 
   const auto start = [&] {
     gps.started = true;
+    gps.epoch = m.epoch;
     gps.rejected_in_row = 0;
     gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
     gps.state.cov.setZero();
@@ -110,51 +112,53 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
         with_velocity ? velocity_variance
                       : settings_.initial_sigma_velocity_m_s * settings_.initial_sigma_velocity_m_s);
   };
-  const auto finish = [&](Outcome outcome) {
-    gps.epoch = m.epoch;
-    gps.last_position = m.position;
-    gps.last_velocity = m.velocity;
-    return outcome;
-  };
+  const Position<Ecef> last_position = std::exchange(gps.last_position, m.position);
+  const Velocity<Ecef> last_velocity = std::exchange(gps.last_velocity, m.velocity);
   if (!gps.started) {
     start();
     count(account, Verdict::Accepted);
-    return finish({});
+    return {};
   }
 
   const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
-  const bool repeats =
-      m.position.m == gps.last_position.m && (!m.velocity_valid || m.velocity.m_s == gps.last_velocity.m_s);
-  const double moved = (predicted.mean.head<3>() - gps.last_position.m).norm();
+  const bool repeats = m.position.m == last_position.m && (!m.velocity_valid || m.velocity.m_s == last_velocity.m_s);
+  const double moved = (predicted.mean.head<3>() - last_position.m).norm();
   const double moved_limit = frozen_sigmas * std::sqrt(R.trace()) + reporting_quantum_m;
   if (repeats && moved > moved_limit) {
     count(account, Verdict::Frozen);
     return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   }
+  // A track too old to serve as reference is no judge of the receiver that returns either.
+  if (m.epoch - gps.epoch > settings_.gps_max_age) {
+    start();
+    count(account, Verdict::Accepted);
+    return {};
+  }
 
   Outcome outcome;
+  const auto take = [&](const auto& u) {
+    outcome = judge(account, u);
+    if (outcome.verdict != Verdict::Accepted) return;
+    gps.state = u.posterior;
+    gps.epoch = m.epoch;
+    gps.rejected_in_row = 0;
+  };
   if (with_velocity) {
     Mat<6, 6> R6 = Mat<6, 6>::Zero();
     R6.topLeftCorner<3, 3>() = R;
     R6.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
     Vec<6> z;
     z << m.position.m, m.velocity.m_s;
-    const auto u = kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_);
-    gps.state = u.posterior;
-    outcome = judge(account, u);
+    take(kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_));
   } else {
-    const double gate = correct_ ? gate3_ : std::numeric_limits<double>::infinity();
-    const auto u = kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate);
-    gps.state = u.posterior;
-    outcome = judge(account, u);
+    take(kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate3_));
   }
-  if (outcome.verdict == Verdict::Accepted) {
-    gps.rejected_in_row = 0;
-  } else if (++gps.rejected_in_row >= gps_restart_after) {
-    start();  // the receiver insists: the track, not the receiver, is wrong
+  // A gated fix leaves track and age as they were: the reference must not look fresh. A receiver that insists is right.
+  if (outcome.verdict != Verdict::Accepted && ++gps.rejected_in_row >= gps_restart_after) {
+    start();
     outcome.verdict = Verdict::Accepted;
   }
-  return finish(outcome);
+  return outcome;
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {

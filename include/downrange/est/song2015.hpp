@@ -27,7 +27,7 @@ struct RadarBias {
 /// The GPS Kalman filter of one target: CV in ECEF.
 struct GpsTrack {
   bool started = false;
-  Time epoch;
+  Time epoch;  ///< of the last accepted fix
   Gaussian<6> state;
   Position<Ecef> last_position;  ///< of the last fix seen, for the frozen-receiver check
   Velocity<Ecef> last_velocity;

@@ -156,7 +156,7 @@ int report(const Options& o) {
   phases.push_back({"flight", (*marks.first - liftoff).seconds() - 1, (marks.last - liftoff).seconds() + 1});
 
   sim::Scorer scorer(
-      config.range, target, [&](Time t) { return truth.at(t); }, liftoff, phases);
+      config.range, known.target, [&](Time t) { return truth.at(t); }, liftoff, phases);
   mark_outliers(o.flight, config.range, truth, scorer);
 
   Progress progress("scoring");
