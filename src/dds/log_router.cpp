@@ -43,7 +43,6 @@ class Consumer final : public LogConsumer {
 
 Router::Router() {
   Log::ClearConsumers();
-  Log::SetVerbosity(Log::Kind::Warning);
   Log::RegisterConsumer(std::make_unique<Consumer>(*this));
 }
 
@@ -62,12 +61,14 @@ void set_log_sink(std::function<void(const LogLine&)> sink) {
 
 LogCapture::LogCapture() : only_one_(router().capture_mutex) {
   Log::Flush();
+  Log::SetVerbosity(Log::Kind::Warning);
   const std::scoped_lock lock(router().mutex);
   router().captured.clear();
   router().capturing = true;
 }
 
 LogCapture::~LogCapture() {
+  Log::SetVerbosity(Log::Kind::Error);
   const std::scoped_lock lock(router().mutex);
   router().capturing = false;
 }

@@ -17,6 +17,7 @@ class OutputWriters::Impl {
   void emit(const Result& result);
   void publish(const ServiceStatus& status);
   void assert_liveliness();
+  [[nodiscard]] int slaving_readers() const { return results_ ? results_->slaving.readers().count() : 0; }
   [[nodiscard]] bool matched(int readers) const;
 
   /// Around the events of a step: its observations are stamped, then their number so far is reported.

@@ -84,7 +84,8 @@ void OutputWriters::Impl::assert_liveliness() {
 
 bool OutputWriters::Impl::matched(int readers) const {
   if (!results_) return !observations_ || observations_->observation.readers().count() >= readers;
-  return results_->trajectory.readers().count() >= readers && results_->slaving.readers().count() >= readers;
+  return results_->bias.readers().count() >= readers && results_->trajectory.readers().count() >= readers &&
+         results_->slaving.readers().count() >= readers;
 }
 
 void OutputWriters::Impl::begin_step(const RangeStep& step) {
@@ -117,6 +118,8 @@ void OutputWriters::emit(const Result& result) { impl_->emit(result); }
 void OutputWriters::publish(const ServiceStatus& status) { impl_->publish(status); }
 void OutputWriters::assert_liveliness() { impl_->assert_liveliness(); }
 WriteCounts OutputWriters::counts() const { return impl_->tally.get(); }
+
+int OutputWriters::slaving_readers() const { return impl_->slaving_readers(); }
 
 bool OutputWriters::wait_for_matched(int readers, std::chrono::milliseconds timeout) const {
   return wait_until(timeout, [&] { return impl_->matched(readers); });

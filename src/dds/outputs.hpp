@@ -37,8 +37,10 @@ class OutputWriters final : public ResultSink {
   void assert_liveliness();
 
   [[nodiscard]] WriteCounts counts() const;
-  /// Whether downrange/trajectory and downrange/slaving (downrange/observation where no results are published) have
-  /// met at least `readers` readers, waiting at most `timeout`.
+  /// Readers of downrange/slaving at this moment.
+  [[nodiscard]] int slaving_readers() const;
+  /// Whether bias, trajectory and slaving (the observations where no results are published) have each met at least
+  /// `readers` readers, waiting at most `timeout`.
   [[nodiscard]] bool wait_for_matched(int readers, std::chrono::milliseconds timeout) const;
 
   class Impl;

@@ -1,11 +1,16 @@
 #include "dds/participant.hpp"
 
-#include <sys/statvfs.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <algorithm>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <string_view>
+
+// After the factory's header, which declares what it needs.
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include "dds/entities.hpp"
 #include "dds/log_router.hpp"
@@ -24,9 +29,11 @@ constexpr const char* participant_profile = "downrange";
 
 [[nodiscard]] bool ok(const ReturnCode_t& code) { return code == ReturnCode_t::RETCODE_OK; }
 
+/// The first lines, which are the cause: the middleware repeats itself from there.
 std::string joined(const std::vector<std::string>& lines) {
+  constexpr std::size_t shown = 2;
   std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  for (std::size_t i = 0; i < std::min(shown, lines.size()); ++i) text += (i == 0 ? "" : "; ") + lines[i];
   return text;
 }
 
@@ -46,12 +53,16 @@ void load_profiles(const std::filesystem::path& path, const std::string& name, c
   return DdsError(std::string("DDS ") + what + " of " + topic + " refused: " + joined(log.lines("", false)));
 }
 
-/// Shared memory needs room in /dev/shm; containers often have 64 MB or none.
-bool shared_memory_usable() {
-  struct statvfs status {};
-  constexpr std::uint64_t needed_bytes = 32U << 20U;
-  return ::access("/dev/shm", W_OK | X_OK) == 0 && ::statvfs("/dev/shm", &status) == 0 &&
-         std::uint64_t{status.f_bavail} * status.f_frsize >= needed_bytes;
+/// Whether any interface that can carry UDP over IPv4 is up, if only loopback.
+bool network_is_up() {
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return false;
+  bool up = false;
+  for (const ifaddrs* it = first; it != nullptr; it = it->ifa_next) {
+    up = up || ((it->ifa_flags & IFF_UP) != 0 && it->ifa_addr != nullptr && it->ifa_addr->sa_family == AF_INET);
+  }
+  ::freeifaddrs(first);
+  return up;
 }
 
 }  // namespace
@@ -85,11 +96,7 @@ void Participant::Impl::open(int domain, const std::string& profiles) {
     throw DdsError(profiles + ": no participant profile '" + participant_profile + "'");
   }
   qos.name(std::string(node.view()));
-  if (qos.transport().use_builtin_transports && !shared_memory_usable()) {
-    qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports.push_back(std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>());
-    notes.emplace_back("/dev/shm has no room for the shared memory transport: UDP only");
-  }
+  if (!network_is_up()) notes.emplace_back("no network interface is up, not even loopback: no other process is heard");
   entities_.participant = factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
   if (entities_.participant == nullptr) return;
   entities_.publisher = entities_.participant->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);

@@ -43,7 +43,7 @@ class Participant {
 
   [[nodiscard]] const Name& node() const;
   [[nodiscard]] ClockMode clock() const;
-  /// What the operator should know of how the domain was opened, e.g. that shared memory cannot be used.
+  /// What the operator should know of how the domain was opened, e.g. that no network interface is up.
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
   class Impl;
@@ -55,12 +55,12 @@ class Participant {
 
 /// One line of the middleware's own log.
 struct LogLine {
-  bool error = false;  ///< else a warning
+  bool error = false;  ///< else a warning: these only while entities are created
   std::string category;
   std::string text;
 };
 
-/// Where the middleware's own warnings and errors go, from a thread of the middleware; by default to standard error.
+/// Where the middleware's own errors and warnings go, from a thread of the middleware; by default to standard error.
 /// An empty function restores the default.
 void set_log_sink(std::function<void(const LogLine&)> sink);
 

@@ -1,1 +1,33 @@
-downrange_test(dds_loopback_test ${CMAKE_CURRENT_LIST_DIR}/dds_loopback_test.cpp LIBS downrange_dds)
+foreach(name dds_loopback_test dds_lockstep_test)
+  downrange_test(${name} ${CMAKE_CURRENT_LIST_DIR}/${name}.cpp LIBS downrange_dds downrange_dds_idl)
+endforeach()
+
+downrange_test(dds_ownership_test ${CMAKE_CURRENT_LIST_DIR}/dds_ownership_test.cpp LIBS downrange_dds)
+add_executable(dds_owner_node ${CMAKE_CURRENT_LIST_DIR}/dds_owner_node.cpp)
+target_link_libraries(dds_owner_node PRIVATE downrange_options downrange_dds)
+add_dependencies(dds_ownership_test dds_owner_node)
+target_compile_definitions(dds_ownership_test PRIVATE OWNER_NODE="$<TARGET_FILE:dds_owner_node>")
+
+# Another vendor's consumer, where that vendor's library is installed. Both generators name their files after the IDL file.
+find_package(CycloneDDS QUIET)
+find_program(IDLC idlc)
+if(CycloneDDS_FOUND AND IDLC)
+  set(cyclone_idl ${CMAKE_CURRENT_BINARY_DIR}/cyclone_idl)
+  add_custom_command(
+    OUTPUT ${cyclone_idl}/downrange.c ${cyclone_idl}/downrange.h
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${cyclone_idl}
+    COMMAND ${IDLC} -l c -o ${cyclone_idl} ${PROJECT_SOURCE_DIR}/idl/downrange.idl
+    DEPENDS ${PROJECT_SOURCE_DIR}/idl/downrange.idl)
+  add_library(cyclone_idl STATIC ${cyclone_idl}/downrange.c)
+  target_include_directories(cyclone_idl SYSTEM PUBLIC ${cyclone_idl})
+  target_link_libraries(cyclone_idl PUBLIC CycloneDDS::ddsc PRIVATE downrange_hardening)
+  add_executable(cyclone_slaving_client ${CMAKE_CURRENT_LIST_DIR}/cyclone_slaving_client.c)
+  target_link_libraries(cyclone_slaving_client PRIVATE downrange_options cyclone_idl)
+
+  downrange_test(dds_cyclone_test ${CMAKE_CURRENT_LIST_DIR}/dds_cyclone_test.cpp LIBS downrange_dds
+                 downrange_dds_idl)
+  add_dependencies(dds_cyclone_test cyclone_slaving_client)
+  target_compile_definitions(dds_cyclone_test PRIVATE CYCLONE_CLIENT="$<TARGET_FILE:cyclone_slaving_client>")
+else()
+  message(STATUS "Cyclone DDS not found: the test with another vendor's consumer is left out")
+endif()

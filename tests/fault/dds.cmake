@@ -1,0 +1,4 @@
+foreach(name dds_malformed_test dds_start_test)
+  downrange_test(${name} ${CMAKE_CURRENT_LIST_DIR}/${name}.cpp LIBS downrange_dds downrange_dds_idl)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/interop)
+endforeach()

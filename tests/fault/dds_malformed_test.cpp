@@ -1,0 +1,178 @@
+/// Payloads that no correct sender makes: dropped with a reason, never a crash, and the next good sample arrives.
+/// Domains 130 and 131.
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "dds/convert.hpp"
+#include "dds/entities.hpp"
+#include "dds/inputs.hpp"
+#include "dds/range_clock.hpp"
+#include "dds/topics.hpp"
+#include "dds_inbox.hpp"
+#include "dds_samples.hpp"
+
+namespace downrange::dds {
+namespace {
+
+using std::chrono::seconds;
+using Bytes = std::vector<std::uint8_t>;
+using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
+
+/// Sends any bytes under the name of a type.
+class RawType final : public fdds::TopicDataType {
+ public:
+  RawType(const char* name, bool keyed) {
+    setName(name);
+    m_typeSize = 4096;
+    m_isGetKeyDefined = keyed;
+  }
+  bool serialize(void* data, Payload* payload) override {
+    const Bytes& bytes = *static_cast<Bytes*>(data);
+    std::copy(bytes.begin(), bytes.end(), payload->data);
+    payload->length = static_cast<std::uint32_t>(bytes.size());
+    return true;
+  }
+  bool deserialize(Payload*, void*) override { return false; }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return static_cast<std::uint32_t>(static_cast<Bytes*>(data)->size()); };
+  }
+  void* createData() override { return new Bytes; }
+  void deleteData(void* data) override { delete static_cast<Bytes*>(data); }
+  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool) override {
+    for (unsigned i = 0; i < 16; ++i) handle->value[i] = static_cast<std::uint8_t>(i + 1);
+    return true;
+  }
+};
+
+class RawWriter {
+ public:
+  RawWriter(Participant& participant, const char* topic, const char* type, bool keyed)
+      : participant_(participant.impl()),
+        writer_(participant_.create_writer(topic, fdds::TypeSupport(new RawType(type, keyed)), {}, listener_)) {}
+  ~RawWriter() { participant_.delete_writer(writer_); }
+  RawWriter(const RawWriter&) = delete;
+  RawWriter& operator=(const RawWriter&) = delete;
+  [[nodiscard]] bool write(Bytes bytes) { return writer_->write(&bytes); }
+  [[nodiscard]] bool matched() const {
+    fdds::PublicationMatchedStatus status;
+    writer_->get_publication_matched_status(status);
+    return status.current_count > 0;
+  }
+
+ private:
+  Participant::Impl& participant_;
+  fdds::DataWriterListener listener_;
+  fdds::DataWriter* writer_;
+};
+
+template <class PubSubType>
+Bytes serialized(typename PubSubType::type& sample) {
+  PubSubType type;
+  Payload payload(type.m_typeSize);
+  EXPECT_TRUE(type.serialize(&sample, &payload));
+  return {payload.data, payload.data + payload.length};
+}
+
+TEST(DdsMalformed, EveryTruncationAndEveryBrokenByte) {
+  Participant attacker(test_participant(130, "attacker", ClockMode::Wall));
+  Participant service(test_participant(130, "service", ClockMode::Wall));
+  Inbox<Event> inbox;
+  InputReader reader(service, {}, [&](const Event& event, const RangeStamp&, const Name&) { inbox.add(event); });
+  RawWriter writer(attacker, topics::radar_tspi, "downrange::wire::RadarTspi", true);
+  ASSERT_TRUE(wait_until(seconds(30), [&] { return writer.matched(); }));
+
+  wire::RadarTspi plot;
+  to_wire(sample_plot(), plot);
+  const Bytes good = serialized<wire::RadarTspiPubSubType>(plot);
+  // Every sample is waited for: a reader that keeps the last ones only must not drop what is to be tested.
+  std::uint64_t sent = 0;
+  const auto send = [&](const Bytes& bytes) {
+    ASSERT_TRUE(writer.write(bytes));
+    ++sent;
+    ASSERT_TRUE(wait_until(seconds(30),
+                           [&] {
+                             const ReadCounts counts = reader.counts();
+                             return counts.samples + counts.malformed == sent;
+                           }))
+        << "sample " << sent;
+  };
+  for (std::size_t length = 4; length < good.size(); ++length) {
+    send({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)});
+  }
+  EXPECT_EQ(reader.counts().malformed, good.size() - 4 - 3) << "DDS pads a payload to 4 bytes: 3 truncations are none";
+  EXPECT_EQ(reader.counts().last_malformed, "range/radar_tspi: not in the type's format");
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    Bytes broken = good;
+    broken[i] = 0xff;
+    send(broken);
+  }
+  send(good);
+  ASSERT_TRUE(inbox.wait([](const auto& events) { return !events.empty(); }));
+  expect_equal(std::get<RadarTspi>(inbox.items().back()), sample_plot());
+}
+
+TEST(DdsMalformed, EnumeratorsOutOfRangeAndLiveSamplesFromARun) {
+  wire::RadarTspi plot;
+  to_wire(sample_plot(), plot);
+  plot.mode(static_cast<wire::TrackMode>(4));
+  RadarTspi read_plot;
+  EXPECT_EQ(from_wire(plot, read_plot), "mode holds enumerator 4");
+
+  wire::GpsFix fix;
+  to_wire(sample_fix(), fix);
+  fix.fix(static_cast<wire::FixType>(0xffffffff));
+  GpsFix read_fix;
+  EXPECT_EQ(from_wire(fix, read_fix), "fix holds enumerator 4294967295");
+
+  wire::Observation observation;
+  to_wire(sample_observation(), observation);
+  observation.verdict(static_cast<wire::Reason>(reason_count));
+  Observation read_observation;
+  EXPECT_EQ(from_wire(observation, read_observation), "verdict holds enumerator 12");
+
+  wire::SensorBias bias;
+  to_wire(sample_bias(), bias);
+  bias.terms(11);
+  SensorBias read_bias;
+  EXPECT_EQ(from_wire(bias, read_bias), "terms is 11");
+
+  wire::Trajectory trajectory;
+  to_wire(sample_trajectory(), trajectory);
+  trajectory.state_size(7);
+  Trajectory read_trajectory;
+  EXPECT_EQ(from_wire(trajectory, read_trajectory), "state_size is 7");
+
+  wire::SlavingCommand command;
+  to_wire(sample_command(), command);
+  command.antenna_id() = "";
+  SlavingCommand read_command;
+  EXPECT_EQ(from_wire(command, read_command), "antenna_id is empty");
+}
+
+TEST(DdsMalformed, AClockThatClaimsFourThousandMillionSources) {
+  Participant attacker(test_participant(131, "attacker", ClockMode::Range));
+  Participant service(test_participant(131, "service", ClockMode::Range));
+  RangeClockFollower follower(service, {}, nullptr);
+  RawWriter writer(attacker, topics::clock, "downrange::wire::RangeClock", false);
+  ASSERT_TRUE(wait_until(seconds(30), [&] { return writer.matched(); }));
+  wire::RangeClock clock;
+  clock.run_id(5);
+  clock.step(1);
+  clock.time_ns(99);
+  const Bytes good = serialized<wire::RangeClockPubSubType>(clock);
+  ASSERT_EQ(good.size(), 36U) << "encapsulation, 28 bytes, the length";
+  Bytes huge = good;
+  std::fill(huge.end() - 4, huge.end(), std::uint8_t{0xff});
+  ASSERT_TRUE(writer.write(huge));
+  ASSERT_TRUE(writer.write(good));
+  std::optional<RangeStep> step;
+  ASSERT_TRUE(
+      wait_until(seconds(30), [&] { return (step = follower.next(std::chrono::milliseconds(10))).has_value(); }));
+  EXPECT_EQ(step->time, Time{99});
+  EXPECT_EQ(follower.counts().malformed, 1U);
+}
+
+}  // namespace
+}  // namespace downrange::dds
