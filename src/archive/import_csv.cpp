@@ -196,11 +196,13 @@ class FileImport {
 
   /// Notes what is odd about the order of time, beside the row before. Truth stands still on the pad: not odd.
   void judge_order(const Eigen::Vector3d& measured) {
-    const auto after = [&] { return std::to_string((epoch_ - *last_epoch_).seconds()) + " s after the row before"; };
-    if (last_epoch_ && epoch_ < *last_epoch_) note(report_.epoch_backwards, line_, after());
-    if (last_epoch_ && epoch_ == *last_epoch_) note(report_.epoch_repeated, line_, "same epoch as the row before");
-    if (last_epoch_ && epoch_ > *last_epoch_ && measured == last_measured_ && mapping_.kind != FileKind::Truth) {
-      note(report_.value_repeated, line_, "same values " + after());
+    if (last_epoch_) {
+      const double step_s = (epoch_ - *last_epoch_).seconds();
+      if (step_s < 0) note(report_.epoch_backwards, line_, std::to_string(-step_s) + " s before the row before");
+      if (step_s == 0) note(report_.epoch_repeated, line_, "same epoch as the row before");
+      if (step_s > 0 && measured == last_measured_ && mapping_.kind != FileKind::Truth) {
+        note(report_.value_repeated, line_, "same values " + std::to_string(step_s) + " s after the row before");
+      }
     }
     if (mapping_.kind != FileKind::Truth && last_received_ && received_ < *last_received_) {
       note(report_.received_backwards, line_,

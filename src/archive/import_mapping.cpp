@@ -173,7 +173,8 @@ Time liftoff_of(Section& section) {
   const std::chrono::year_month_day day(std::chrono::year(moment->date.year), std::chrono::month(moment->date.month),
                                         std::chrono::day(moment->date.day));
   const std::int64_t days = std::chrono::sys_days(day).time_since_epoch().count();
-  const std::int64_t minutes = days * 1440 + moment->time.hour * 60 + moment->time.minute - moment->offset->minutes;
+  const std::int64_t minutes =
+      days * 1440 + moment->time.hour * std::int64_t{60} + moment->time.minute - moment->offset->minutes;
   const std::int64_t whole_seconds = minutes * 60 + moment->time.second;
   if (whole_seconds < 0 || whole_seconds > latest_ns / 1'000'000'000) {
     section.fail("liftoff", "outside the years 1970 to 2160");
@@ -248,7 +249,7 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
   const std::string prefix = "file[" + std::to_string(index) + "].";
   Section section(mapping_file, table, prefix);
   FileMapping file;
-  file.path = folder / section.required_text("path", "the CSV file");
+  file.path = (folder / section.required_text("path", "the CSV file")).lexically_normal();
 
   const std::string kind = section.required_text("kind", "radar, gps or truth");
   if (kind != "radar" && kind != "gps" && kind != "truth") {
@@ -273,15 +274,16 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
 
   const toml::node* columns = section.find("columns");
   if (columns == nullptr || !columns->is_table()) section.fail("columns", "missing: a table of the file's columns");
+  const std::string columns_prefix = prefix + "columns.";
   for (const auto& [key, node] : *columns->as_table()) {
     const std::string column(key.str());
     if (const auto* table_of_column = node.as_table()) {
       file.columns.push_back(
-          read_column(Section(mapping_file, *table_of_column, prefix + "columns." + column + "."), column, file.kind));
+          read_column(Section(mapping_file, *table_of_column, columns_prefix + column + '.'), column, file.kind));
     } else if (node.value<std::string>() == "ignore") {
       file.ignored.push_back(column);
     } else {
-      Section(mapping_file, *columns->as_table(), prefix + "columns.")
+      Section(mapping_file, *columns->as_table(), columns_prefix)
           .fail(column, "must be \"ignore\" or {field = ..., unit = ...}");
     }
   }

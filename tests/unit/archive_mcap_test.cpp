@@ -50,9 +50,8 @@ ByteView view(const std::string& text) { return {reinterpret_cast<const std::uin
 class ArchiveMcap : public testing::Test {
  protected:
   std::filesystem::path file(const std::string& bytes) {
-    const auto path = folder_ / "hand.mcap";
-    write_bytes(path, view(bytes));
-    return path;
+    write_bytes(folder_ / "hand.mcap", view(bytes));
+    return folder_ / "hand.mcap";
   }
   TemporaryFolder folder_;
 };
@@ -131,7 +130,7 @@ TEST_F(ArchiveMcap, ForeignChannelsAreCountedNotDecoded) {
 
 TEST_F(ArchiveMcap, RefusesWhatIsNotMcap) {
   EXPECT_THROW(RawReader(folder_ / "absent.mcap"), ArchiveError);
-  EXPECT_THROW(RawReader(std::filesystem::temp_directory_path()), ArchiveError);
+  EXPECT_THROW(RawReader{std::filesystem::temp_directory_path()}, ArchiveError);
   EXPECT_THROW(RawReader(file("time_s,recv_s\n0,1\n")), ArchiveError);
   EXPECT_THROW(RawReader(file("\x89MCAP1\r\n")), ArchiveError) << "another major version";
 }
