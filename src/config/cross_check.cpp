@@ -141,6 +141,7 @@ void check_node(const ServiceConfig& config, const Checker& check) {
   for (const TelemetryConfig& station : config.range.telemetry) sensors.insert(station.id);
   const std::vector<std::string> known = [&] {
     std::vector<std::string> texts;
+    texts.reserve(sensors.size());
     for (const Name& name : sensors) texts.emplace_back(name.view());
     return texts;
   }();

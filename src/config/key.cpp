@@ -120,6 +120,7 @@ std::string show_texts(const std::vector<std::string>& texts) { return '[' + quo
 
 std::string show_ids(const std::vector<Name>& ids) {
   std::vector<std::string> texts;
+  texts.reserve(ids.size());
   for (const Name& name : ids) texts.emplace_back(name.view());
   return show_texts(texts);
 }

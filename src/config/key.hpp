@@ -190,6 +190,7 @@ template <class S, class E>
 Key<S> choice(std::string name, Field<S, E> field, std::vector<std::pair<std::string_view, E>> choices, Need need,
               std::string help) {
   std::vector<std::string_view> names;
+  names.reserve(choices.size());
   for (const auto& [text, value] : choices) names.push_back(text);
   return {{std::move(name), allowed_choice(names), need, std::move(help), true},
           [=](S& s, const toml::node& node) {

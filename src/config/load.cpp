@@ -41,7 +41,8 @@ std::string sha256_hex(std::string_view text) {
 /// Collects the problems of one file and says where each is.
 class Problems {
  public:
-  Problems(std::filesystem::path file, const Overrides& overrides) : file_(file.string()), overrides_(overrides) {}
+  Problems(const std::filesystem::path& file, const Overrides& overrides)
+      : file_(file.string()), overrides_(overrides) {}
 
   void add_at_line(int line, const std::string& key, const std::string& message) {
     list_.push_back({file_, line, key, message});

@@ -70,11 +70,12 @@ std::string suggestion(const std::string& unknown, const std::vector<std::string
 void check_key_names(const std::vector<KeyInfo>& keys, const toml::table& table, const std::string& path,
                      const Report& report) {
   std::vector<std::string> known;
+  known.reserve(keys.size());
   for (const KeyInfo& key : keys) known.push_back(key.name);
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     if (std::ranges::find(known, name) == known.end()) {
-      report(&node, path + '.' + name, "unknown key" + suggestion(name, known));
+      report(&node, std::string(path).append(".").append(name), "unknown key" + suggestion(name, known));
     }
   }
   for (const KeyInfo& key : keys) {

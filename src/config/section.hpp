@@ -50,6 +50,7 @@ Section single(std::string name, std::string help, S& (*part)(ServiceConfig&), s
   section.flatten = [=, name = section.name](const ServiceConfig& config) {
     ServiceConfig copy = config;
     std::vector<std::pair<std::string, std::string>> values;
+    values.reserve(keys.size());
     for (const Key<S>& key : keys) values.emplace_back(name + '.' + key.info.name, key.show(part(copy)));
     return values;
   };

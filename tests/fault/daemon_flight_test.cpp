@@ -210,14 +210,14 @@ TEST(DaemonFlight, StoppedServiceLeavesACompleteArchive) {
   Daemon daemon(folder.path(), arguments(151, file));
   {
     const Feeder feeder(site.participant());
-    ASSERT_TRUE(eventually([&] { return site.status().consumed > 20; })) << daemon.log();
+    ASSERT_TRUE(eventually([&] { return site.status().consumed > 250; })) << daemon.log();
   }
   daemon.signal(SIGTERM);
   ASSERT_EQ(daemon.wait(), 0) << daemon.log();
   archive::EventSource source(file);
   std::uint64_t events = 0;
   while (source.next()) ++events;
-  EXPECT_GE(events, 20u);
+  EXPECT_GE(events, 250u);
   EXPECT_FALSE(source.truncated().has_value());
   EXPECT_TRUE(source.last_tick().has_value());
 

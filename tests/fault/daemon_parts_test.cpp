@@ -63,7 +63,7 @@ TEST(Queue, CloseEndsAWait) {
 TEST(Latency, QuantilesAreUpperBoundsWithinTenPercent) {
   LatencyHistogram histogram;
   EXPECT_EQ(histogram.quantile_us(0.99), 0);
-  for (int us = 1; us <= 1000; ++us) histogram.add({us * 1000});
+  for (std::int64_t us = 1; us <= 1000; ++us) histogram.add({us * 1000});
   for (const double share : {0.5, 0.95, 0.99, 1.0}) {
     EXPECT_GE(histogram.quantile_us(share), 1000 * share);
     EXPECT_LE(histogram.quantile_us(share), 1000 * share * 1.1006);  // 24 bins a decade: 10^(1/24) = 1.1006

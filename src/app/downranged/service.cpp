@@ -145,7 +145,7 @@ void Service::follow_range_clock() {
 
 std::optional<dds::RangeStep> Service::next_step() {
   try {
-    const std::optional<dds::RangeStep> step = follower_->next(step_wait);
+    std::optional<dds::RangeStep> step = follower_->next(step_wait);
     while (const std::optional<std::string> notice = follower_->notice()) spdlog::warn("range clock: {}", *notice);
     return step;
   } catch (const dds::LockstepError& error) {
