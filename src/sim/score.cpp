@@ -200,6 +200,7 @@ class Scorer::Run : public ResultSink {
       ++account.rejected;
       return;
     }
+    if (!scorer_.in_a_phase(observation.epoch)) return;
     if (scorer_.outliers_.contains({observation.sensor, observation.sequence})) return;
     const SensorBias& bias = biases_[observation.sensor];
     const std::optional<TrueState> truth = scorer_.truth_(observation.epoch);
@@ -250,6 +251,12 @@ class Scorer::Run : public ResultSink {
   std::map<Name, RadarAccount> radars_;
   std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
 };
+
+bool Scorer::in_a_phase(Time t) const {
+  return std::ranges::any_of(phases_, [&](const Phase& phase) {
+    return t >= liftoff_ + seconds(phase.from_s) && t < liftoff_ + seconds(phase.to_s);
+  });
+}
 
 Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
                std::vector<Phase> phases)

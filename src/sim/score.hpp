@@ -31,7 +31,7 @@ struct TrajectoryScore {
   std::vector<PositionScore> phases;  ///< one per phase of the summary
 };
 
-/// Systematic error: rms of the 10 s means of measured - true, whole flight, plots that are not outliers.
+/// Systematic error: rms of the 10 s means of measured - true, plots within the phases that are not outliers.
 struct SystematicError {
   double range_m = 0;
   double azimuth_rad = 0;  ///< times cos elevation: on the sky
@@ -40,7 +40,7 @@ struct SystematicError {
 
 struct RadarScore {
   Name sensor;
-  std::size_t plots = 0;     ///< accepted by ingest, with the truth known, planted outliers left out
+  std::size_t plots = 0;     ///< accepted by ingest, within a phase, truth known, planted outliers left out
   std::size_t rejected = 0;  ///< by ingest, for whatever reason
   SystematicError before;    ///< as measured
   SystematicError after;     ///< with the bias known when the plot arrived taken out
@@ -88,6 +88,8 @@ class Scorer {
 
  private:
   class Run;
+  [[nodiscard]] bool in_a_phase(Time t) const;
+
   RangeConfig range_;
   Name target_;
   TruthFunction truth_;

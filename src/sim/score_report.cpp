@@ -88,7 +88,7 @@ std::string before_after(const RadarScore& radar, double before, double after, d
 }
 
 void radar_table(std::ostringstream& out, const Summary& summary) {
-  out << "\nSystematic error of each radar: rms of 10 s means of measured - true, no outliers\n\n"
+  out << "\nSystematic error of each radar in these phases: rms of 10 s means of measured - true, no outliers\n\n"
       << left("", label_width) << right("plots", 8) << right("rejected", 10) << right("range, m", 20)
       << right("azimuth*, mdeg", 20) << right("elevation, mdeg", 20) << '\n'
       << left("", label_width + 18);

@@ -153,7 +153,8 @@ int report(const Options& o) {
   const Time liftoff = marks.liftoff.value_or(*marks.first);
   std::vector<sim::Phase> phases;
   if (!o.scenario.empty()) phases = sim::load_scenario(o.scenario, config.range).phases;
-  phases.push_back({"flight", (*marks.first - liftoff).seconds() - 1, (marks.last - liftoff).seconds() + 1});
+  if (phases.empty())
+    phases.push_back({"flight", (*marks.first - liftoff).seconds() - 1, (marks.last - liftoff).seconds() + 1});
 
   sim::Scorer scorer(
       config.range, known.target, [&](Time t) { return truth.at(t); }, liftoff, phases);
@@ -212,7 +213,8 @@ void add_report(CLI::App& app, Run& run) {
   command->add_option("--received", o->received,
                       "What a slaving consumer received (watch --record): its commands are judged");
   command->add_option("--config", o->config, "Configuration (default: the one in FLIGHT)");
-  command->add_option("--scenario", o->scenario, "Scenario whose phases the flight is judged by");
+  command->add_option("--scenario", o->scenario,
+                      "Scenario whose phases the flight is judged by (default: the flight as a whole)");
   command->add_option("--json", o->json, "Write the numbers to this file as well");
   command->footer(
       "Beside the fused track: the fusion without bias correction (where it ran) and every radar alone, replayed here\n"
