@@ -12,6 +12,7 @@
 #include "dds/outputs.hpp"
 #include "dds/range_clock.hpp"
 #include "dds/topics.hpp"
+#include "dds_inbox.hpp"
 #include "dds_samples.hpp"
 
 namespace downrange::dds {
@@ -278,6 +279,30 @@ TEST(DdsLockstep, ANewRunReplacesOneThatWasBrokenOff) {
     follower.acknowledge(*step);
   }
   EXPECT_TRUE(follower.notice().value_or("").ends_with(" was broken off at step 1: a new run begins"));
+}
+
+TEST(DdsLockstep, NoResultIsLostToASlowConsumerAtFullSpeed) {
+  constexpr int commands = 5000;
+  Participant service(test_participant(118, "service", ClockMode::Range));
+  Participant consumer(test_participant(118, "consumer", ClockMode::Range));
+  Inbox<std::int64_t> ticks;
+  OutputReaders readers(consumer, {},
+                        {[&](const Result& result) {
+                           std::this_thread::sleep_for(std::chrono::microseconds(200));
+                           ticks.add(std::get<SlavingCommand>(result).tick.ns);
+                         },
+                         {}});
+  OutputWriters writers(service, {});
+  ASSERT_TRUE(writers.wait_for_matched(1, seconds(30)));
+  SlavingCommand command = sample_command();
+  for (int i = 0; i < commands; ++i) {
+    command.tick.ns = i;
+    writers.emit(command);
+  }
+  EXPECT_EQ(writers.counts().failures, 0U) << writers.counts().last_failure;
+  ASSERT_TRUE(ticks.wait_for_size(commands));
+  const std::vector<std::int64_t> seen = ticks.items();
+  for (int i = 0; i < commands; ++i) ASSERT_EQ(seen[static_cast<std::size_t>(i)], i);
 }
 
 /// An ingest node turns every plot into one observation, every fix into two.

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <regex>
 
 #include "child_process.hpp"
 #include "dds/outputs.hpp"
@@ -26,8 +25,13 @@ class PatientProfiles {
     path = name;
     std::ifstream file(std::string(DOWNRANGE_SOURCE_DIR) + "/config/dds-qos.xml");
     std::string text{std::istreambuf_iterator<char>(file), {}};
-    const std::regex times("<(lease_duration|period)>.*</(lease_duration|period)>");
-    std::ofstream(path) << std::regex_replace(text, times, "<$1><sec>3</sec></$1>");
+    for (const std::string element : {"lease_duration", "period"}) {
+      const std::string begin = "<" + element + ">";
+      for (std::size_t at = text.find(begin); at != std::string::npos; at = text.find(begin, at + 1)) {
+        text.replace(at + begin.size(), text.find("</" + element, at) - at - begin.size(), "<sec>3</sec>");
+      }
+    }
+    std::ofstream(path) << text;
   }
   ~PatientProfiles() { std::filesystem::remove(path); }
   PatientProfiles(const PatientProfiles&) = delete;
