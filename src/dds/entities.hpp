@@ -196,7 +196,8 @@ class TopicWriter final : private fdds::DataWriterListener {
   fdds::DataWriter* writer_;
 };
 
-/// Reads one topic: hands every whole sample to the handler, one at a time, on the middleware's threads.
+/// Reads one topic: hands every whole sample to the handler on the middleware's threads. The middleware holds the
+/// reader's own lock around the callback, so there is no lock here that could be taken in the other order.
 template <class PubSubType>
 class TopicReader final : private fdds::DataReaderListener {
  public:
@@ -217,11 +218,11 @@ class TopicReader final : private fdds::DataReaderListener {
 
  private:
   void on_data_available(fdds::DataReader* reader) override {
-    const std::scoped_lock lock(mutex_);
+    WireSample<Wire> sample;
     fdds::SampleInfo info;
-    while (reader->take_next_sample(&sample_, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    while (reader->take_next_sample(&sample, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
       if (!info.valid_data) continue;  // an instance went away: no sample
-      const Defect defect = sample_.intact ? handler_(sample_.value, info) : Defect("not in the type's format");
+      const Defect defect = sample.intact ? handler_(sample.value, info) : Defect("not in the type's format");
       tally_.update([&](ReadCounts& counts) {
         if (defect.empty()) {
           ++counts.samples;
@@ -247,8 +248,6 @@ class TopicReader final : private fdds::DataReaderListener {
   Tally<ReadCounts>& tally_;
   Handler handler_;
   Peers writers_;
-  std::mutex mutex_;  ///< of sample_
-  WireSample<Wire> sample_;
   fdds::DataReader* reader_ = nullptr;
 };
 
