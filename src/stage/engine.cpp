@@ -9,6 +9,14 @@
 
 namespace downrange {
 
+namespace {
+
+/// After a silence longer than this the ticks in between are skipped: nothing is published that long after the last
+/// measurement, and a stamp that is years off must not hold the node up for hours.
+constexpr Duration longest_silence = seconds(600);
+
+}  // namespace
+
 class Engine::Impl {
  public:
   Impl(const RangeConfig& config, const StageSet& stages, ResultSink& sink)
@@ -33,6 +41,7 @@ class Engine::Impl {
       next_tick_ = ceil_to_grid(now, config_.tick);
       last_tick_ = Time{std::numeric_limits<std::int64_t>::min()};
     }
+    if (now - next_tick_ > longest_silence) next_tick_ = ceil_to_grid(now - longest_silence, config_.tick);
     while (next_tick_ <= now) {
       tick(next_tick_);
       last_tick_ = next_tick_;

@@ -127,6 +127,17 @@ TEST(Engine, AnEventStampedBeforeTheLastTickIsRaisedToIt) {
   EXPECT_EQ(received_of(engine.admit(later)), test::liftoff + seconds(10.11));
 }
 
+TEST(Engine, AStampYearsAheadDoesNotHoldTheNodeUp) {
+  const RangeConfig range = small_range();
+  Collector out;
+  Engine engine(range, {}, out);
+  for (const Event& e : small_flight(range, 5, 10)) engine.handle(engine.admit(e));
+  const Time years_later = test::liftoff + seconds(1e9);
+  engine.advance_to(years_later);  // 4e10 ticks if each were run
+  EXPECT_GT(engine.last_tick(), years_later - range.tick);
+  for (const SlavingCommand& c : out.of<SlavingCommand>()) EXPECT_LT(c.tick, test::liftoff + seconds(60.0));
+}
+
 TEST(Engine, DoublesChangeNothing) {
   const RangeConfig range = small_range();
   const auto events = small_flight(range, 30, 4);
