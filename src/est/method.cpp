@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <downrange/est/joint.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/motion.hpp>
 #include <downrange/est/rewind.hpp>
@@ -9,6 +10,16 @@
 
 namespace downrange {
 namespace {
+
+/// Bit i: radar i contributed within the last second before `now`.
+std::uint64_t recent_sources(const std::array<Time, FusedTrack::max_radars>& contributed, std::size_t radars,
+                             Time now) {
+  std::uint64_t mask = 0;
+  for (std::size_t radar = 0; radar < radars; ++radar) {
+    if (now - contributed[radar] <= milliseconds(1000)) mask |= std::uint64_t{1} << radar;
+  }
+  return mask;
+}
 
 /// `Song2015` behind the contract of a method.
 class Song2015Method final : public Method {
@@ -22,9 +33,7 @@ class Song2015Method final : public Method {
     const FusedTrack& track = rewinder_.state().fused[static_cast<std::size_t>(target)];
     if (!track.started) return std::nullopt;
     TrackEstimate e = estimate(track.current, track.epoch, at.value_or(track.epoch), settings().q_m2_s3);
-    for (std::size_t radar = 0; radar < settings().radars.size(); ++radar) {
-      if (track.epoch - track.contributed[radar] <= milliseconds(1000)) e.sources |= std::uint64_t{1} << radar;
-    }
+    e.sources = recent_sources(track.contributed, settings().radars.size(), track.epoch);
     e.nis = track.nis;
     e.nis_dof = 3;
     return e;
@@ -61,6 +70,46 @@ class Song2015Method final : public Method {
   Rewinder<Song2015> rewinder_;
 };
 
+/// `Joint` behind the contract of a method.
+class JointMethod final : public Method {
+ public:
+  explicit JointMethod(const MethodSettings& settings)
+      : rewinder_(Joint(settings), Joint(settings).initial(), settings.history) {}
+
+  Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
+
+  std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {
+    const Joint::State& state = rewinder_.state();
+    const Joint::Target& track = state.targets[static_cast<std::size_t>(target)];
+    if (!track.started) return std::nullopt;
+    TrackEstimate e;
+    e.epoch = at.value_or(track.data_epoch);
+    e.data_epoch = track.data_epoch;
+    e.size = 9;
+    const Gaussian<9> x = joint().kinematics(state, target, (e.epoch - state.epoch).seconds());
+    e.mean = x.mean;
+    e.cov = x.cov;
+    e.sources = recent_sources(track.contributed, joint().settings().radars.size(), track.data_epoch);
+    e.nis = track.nis;
+    e.nis_dof = track.nis_dof;
+    return e;
+  }
+
+  /// GPS is part of the fused track: there is none beside it.
+  std::optional<TrackEstimate> gps_track(int, Time) const override { return std::nullopt; }
+
+  BiasEstimate bias(int radar) const override { return joint().describe(rewinder_.state(), radar); }
+
+  const SourceAccount& account(int source) const override {
+    return rewinder_.state().accounts[static_cast<std::size_t>(source)];
+  }
+
+ private:
+  const Joint& joint() const { return rewinder_.core(); }
+
+  Rewinder<Joint> rewinder_;
+};
+
 struct NamedMethod {
   std::string_view name;
   std::unique_ptr<Method> (*make)(const MethodSettings&);
@@ -72,6 +121,7 @@ constexpr NamedMethod methods[] = {
      [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<Song2015Method>(s, true); }},
     {"uncorrected",
      [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<Song2015Method>(s, false); }},
+    {"joint", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<JointMethod>(s); }},
 };
 
 }  // namespace

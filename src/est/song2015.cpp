@@ -4,18 +4,12 @@
 #include <downrange/est/consistency.hpp>
 #include <downrange/est/motion.hpp>
 #include <downrange/est/song2015.hpp>
+#include <downrange/est/source_checks.hpp>
 #include <limits>
 #include <utility>
 
 namespace downrange {
 namespace {
-
-/// Rejected fixes in a row after which the GPS track starts again: at 1 Hz a receiver that returns wins in 5 s.
-constexpr int gps_restart_after = 5;
-/// A receiver that repeats its fix to the last bit is frozen once the vehicle moved by this many sigma and a metre.
-constexpr double frozen_sigmas = 3;
-constexpr double reporting_quantum_m = 1;
-constexpr Duration contribution_window = milliseconds(1000);
 
 const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
 
@@ -24,30 +18,6 @@ Mat<3, 6> bias_matrix(const Vec<3>& z_sez) {
   Mat<3, 6> C;
   C << Mat<3, 3>::Identity(), Mat<3, 3>(z_sez.asDiagonal());
   return C;
-}
-
-Mat<3, 3> fix_covariance(const Measurement& m) {
-  const double h2 = m.sigma_horizontal_m * m.sigma_horizontal_m;
-  const double v2 = m.sigma_vertical_m * m.sigma_vertical_m;
-  const Mat<3, 3> R_ecef_enu = enu_from_ecef_at(geodetic_from_ecef(m.position)).R.transpose();
-  return R_ecef_enu * Vec<3>(h2, h2, v2).asDiagonal() * R_ecef_enu.transpose();
-}
-
-void count(SourceAccount& account, Verdict verdict) {
-  switch (verdict) {
-    case Verdict::Accepted:
-      ++account.accepted;
-      account.rejected_in_row = 0;
-      return;
-    case Verdict::Frozen:
-      ++account.frozen;
-      break;
-    case Verdict::Gated:
-    case Verdict::Singular:
-      ++account.gated;
-      break;
-  }
-  ++account.rejected_in_row;
 }
 
 template <int N, int M>
@@ -112,8 +82,7 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
         with_velocity ? velocity_variance
                       : settings_.initial_sigma_velocity_m_s * settings_.initial_sigma_velocity_m_s);
   };
-  const Position<Ecef> last_position = std::exchange(gps.last_position, m.position);
-  const Velocity<Ecef> last_velocity = std::exchange(gps.last_velocity, m.velocity);
+  const LastFix last = std::exchange(gps.last_fix, LastFix{m.position, m.velocity});
   if (!gps.started) {
     start();
     count(account, Verdict::Accepted);
@@ -121,10 +90,7 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
   }
 
   const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
-  const bool repeats = m.position.m == last_position.m && (!m.velocity_valid || m.velocity.m_s == last_velocity.m_s);
-  const double moved = (predicted.mean.head<3>() - last_position.m).norm();
-  const double moved_limit = frozen_sigmas * std::sqrt(R.trace()) + reporting_quantum_m;
-  if (repeats && moved > moved_limit) {
+  if (is_frozen(m, last, predicted.mean.head<3>())) {
     count(account, Verdict::Frozen);
     return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   }
@@ -297,33 +263,19 @@ void Song2015::fuse_into(FusedTrack& track, const Measurement& m, const TimedPos
 }
 
 BiasEstimate describe(const RadarBias& bias, const MethodSettings& settings) {
-  // Limits on sigma against the prior: hardly below it nothing was learnt; a fifth of it is a finished estimate.
-  constexpr double hardly_below = 0.7;
-  constexpr double well_below = 0.2;
-  constexpr double alike = 0.99;
   BiasEstimate b;
   b.epoch = bias.epoch;
   b.samples = bias.samples;
   b.reference = bias.samples > 0 ? BiasReference::Gps : BiasReference::None;
   b.terms = 6;
+  b.value.head<6>() = bias.estimate.mean;
+  b.cov.topLeftCorner<6, 6>() = bias.estimate.cov;
+  Vec<BiasEstimate::max_terms> prior = Vec<BiasEstimate::max_terms>::Zero();
+  prior.head<3>().setConstant(settings.bias_offset_prior_m);
+  prior.segment<3>(3).setConstant(settings.bias_scale_prior);
+  for (int i = 0; i < 6; ++i) b.term[static_cast<std::size_t>(i)] = static_cast<BiasTerm>(i);
   const bool frozen = bias.samples > 0 && bias.epoch - bias.updated > settings.gps_max_age;
-  for (int i = 0; i < 6; ++i) {
-    const auto slot = static_cast<std::size_t>(i);
-    b.term[slot] = static_cast<BiasTerm>(i);
-    b.value[i] = bias.estimate.mean[i];
-    const double sigma = std::sqrt(bias.estimate.cov(i, i));
-    const double prior = i < 3 ? settings.bias_offset_prior_m : settings.bias_scale_prior;
-    double correlation = 0;
-    for (int j = 0; j < 6; ++j) {
-      b.cov(i, j) = bias.estimate.cov(i, j);
-      if (j != i)
-        correlation = std::max(correlation, std::abs(b.cov(i, j)) / (sigma * std::sqrt(bias.estimate.cov(j, j))));
-    }
-    b.state[slot] = frozen                                                ? BiasState::Frozen
-                    : sigma > hardly_below * prior || correlation > alike ? BiasState::NotObservable
-                    : sigma < well_below * prior                          ? BiasState::Converged
-                                                                          : BiasState::Estimating;
-  }
+  b.state = bias_states(b, prior, frozen);
   return b;
 }
 

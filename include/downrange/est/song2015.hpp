@@ -6,6 +6,7 @@
 #include <downrange/est/async_fusion.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/rewind.hpp>
+#include <downrange/est/source_checks.hpp>
 
 namespace downrange {
 
@@ -29,8 +30,7 @@ struct GpsTrack {
   bool started = false;
   Time epoch;  ///< of the last accepted fix
   Gaussian<6> state;
-  Position<Ecef> last_position;  ///< of the last fix seen, for the frozen-receiver check
-  Velocity<Ecef> last_velocity;
+  LastFix last_fix;
   int rejected_in_row = 0;
 };
 

@@ -1,0 +1,33 @@
+#pragma once
+/// What every method asks of a source: GPS noise, the frozen receiver, the account of verdicts, the state of bias
+/// terms.
+
+#include <downrange/est/method.hpp>
+
+namespace downrange {
+
+/// Rejected fixes in a row after which a track starts again on the receiver: at 1 Hz one that returns wins in 5 s.
+inline constexpr int gps_restart_after = 5;
+
+/// Position covariance of a fix, ECEF, m^2.
+[[nodiscard]] Mat<3, 3> fix_covariance(const Measurement& fix);
+
+/// The last fix of a receiver, whatever became of it.
+struct LastFix {
+  Position<Ecef> position;
+  Velocity<Ecef> velocity;
+};
+
+/// The receiver repeats its fix to the last bit although the vehicle, by `track`, is elsewhere: further than 3 sigma of
+/// the fix and a metre. A repeat at rest is a repeat, not a fault.
+[[nodiscard]] bool is_frozen(const Measurement& fix, const LastFix& last, const Vec<3>& track);
+
+/// Counts a verdict.
+void count(SourceAccount& account, Verdict verdict);
+
+/// State of each term: frozen, or not observable (sigma above 0.7 of its prior, or correlation above 0.99 with another
+/// term), or converged (below 0.2 of its prior), else estimating. `prior_sigma` holds `terms` entries.
+[[nodiscard]] std::array<BiasState, BiasEstimate::max_terms> bias_states(
+    const BiasEstimate& bias, const Vec<BiasEstimate::max_terms>& prior_sigma, bool frozen);
+
+}  // namespace downrange

@@ -1,0 +1,63 @@
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/source_checks.hpp>
+
+namespace downrange {
+
+Mat<3, 3> fix_covariance(const Measurement& fix) {
+  const double h2 = fix.sigma_horizontal_m * fix.sigma_horizontal_m;
+  const double v2 = fix.sigma_vertical_m * fix.sigma_vertical_m;
+  const Mat<3, 3> R_ecef_enu = enu_from_ecef_at(geodetic_from_ecef(fix.position)).R.transpose();
+  return R_ecef_enu * Vec<3>(h2, h2, v2).asDiagonal() * R_ecef_enu.transpose();
+}
+
+bool is_frozen(const Measurement& fix, const LastFix& last, const Vec<3>& track) {
+  constexpr double sigmas = 3;
+  constexpr double reporting_quantum_m = 1;
+  const bool repeats =
+      fix.position.m == last.position.m && (!fix.velocity_valid || fix.velocity.m_s == last.velocity.m_s);
+  const double variance =
+      2 * fix.sigma_horizontal_m * fix.sigma_horizontal_m + fix.sigma_vertical_m * fix.sigma_vertical_m;
+  return repeats && (track - last.position.m).norm() > sigmas * std::sqrt(variance) + reporting_quantum_m;
+}
+
+void count(SourceAccount& account, Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Accepted:
+      ++account.accepted;
+      account.rejected_in_row = 0;
+      return;
+    case Verdict::Frozen:
+      ++account.frozen;
+      break;
+    case Verdict::Gated:
+    case Verdict::Singular:
+      ++account.gated;
+      break;
+  }
+  ++account.rejected_in_row;
+}
+
+std::array<BiasState, BiasEstimate::max_terms> bias_states(const BiasEstimate& bias,
+                                                           const Vec<BiasEstimate::max_terms>& prior_sigma,
+                                                           bool frozen) {
+  constexpr double hardly_below = 0.7;
+  constexpr double well_below = 0.2;
+  constexpr double alike = 0.99;
+  std::array<BiasState, BiasEstimate::max_terms> states{};
+  for (int i = 0; i < bias.terms; ++i) {
+    const double sigma = std::sqrt(bias.cov(i, i));
+    double correlation = 0;
+    for (int j = 0; j < bias.terms; ++j) {
+      if (j != i) correlation = std::max(correlation, std::abs(bias.cov(i, j)) / (sigma * std::sqrt(bias.cov(j, j))));
+    }
+    states[static_cast<std::size_t>(i)] = frozen ? BiasState::Frozen
+                                          : sigma > hardly_below * prior_sigma[i] || correlation > alike
+                                              ? BiasState::NotObservable
+                                          : sigma < well_below * prior_sigma[i] ? BiasState::Converged
+                                                                                : BiasState::Estimating;
+  }
+  return states;
+}
+
+}  // namespace downrange

@@ -1,0 +1,98 @@
+#pragma once
+/// A drawn flight for tests of methods: a vehicle climbing past two biased radars, GPS at 1 Hz with velocity, the
+/// truth.
+
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/method.hpp>
+#include <numbers>
+#include <random>
+
+namespace downrange::test {
+
+inline constexpr double deg = std::numbers::pi / 180;
+
+struct Flight {
+  MethodSettings settings;
+  std::vector<Measurement> measurements;  ///< in order of epoch
+};
+
+/// A vehicle climbing with constant acceleration past two radars with polar biases; GPS at 1 Hz with velocity.
+inline Position<Ecef> truth_at(const Site& pad, double t) {
+  return pad.ecef_of({{30 * t, -400 * t - 3 * t * t, 300 * t + 4 * t * t}});
+}
+
+inline Flight draw_flight(std::uint64_t seed, double duration_s, bool with_bias, bool with_gps = true) {
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> normal;
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  Flight f;
+  const PolarSigma sigma{25, 0.01 * deg, 0.01 * deg};
+  f.settings.radars = {{Site({34.4450 * deg, 127.52 * deg, 120}), sigma},
+                       {Site({33.29 * deg, 126.46 * deg, 350}), sigma}};
+  f.settings.stations = 2;
+  const Polar bias[2] = {{40, 0.04 * deg, -0.03 * deg}, {-35, -0.03 * deg, 0.02 * deg}};
+  std::uint64_t sequence = 0;
+  for (int i = 0; i < static_cast<int>(duration_s * 20); ++i) {
+    for (int radar = 0; radar < 2; ++radar) {
+      if (radar == 0 && i % 2 == 1) continue;
+      const double t = 10 + i * 0.05 + (radar == 0 ? 0.013 : 0.031);
+      Polar q = polar_from_enu(f.settings.radars[static_cast<std::size_t>(radar)].site.enu_of(truth_at(pad, t)));
+      q.range_m += sigma.range_m * normal(rng);
+      q.azimuth_rad += sigma.azimuth_rad * normal(rng);
+      q.elevation_rad += sigma.elevation_rad * normal(rng);
+      if (with_bias) {
+        q.range_m += bias[radar].range_m;
+        q.azimuth_rad += bias[radar].azimuth_rad;
+        q.elevation_rad += bias[radar].elevation_rad;
+      }
+      Measurement m;
+      m.epoch = Time{} + seconds(t);
+      m.source = radar;
+      m.sequence = ++sequence;
+      m.plot = q;
+      f.measurements.push_back(m);
+    }
+    if (with_gps && i % 20 == 0) {
+      const double t = 10 + i * 0.05;
+      Measurement m;
+      m.epoch = Time{} + seconds(t);
+      m.kind = Measurement::Kind::Gps;
+      m.sequence = ++sequence;
+      m.position = truth_at(pad, t);
+      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal(rng);
+      m.velocity.m_s = (truth_at(pad, t + 0.01).m - truth_at(pad, t - 0.01).m) / 0.02;
+      for (int k = 0; k < 3; ++k) m.velocity.m_s[k] += 0.2 * normal(rng);
+      m.velocity_valid = true;
+      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+      m.sigma_velocity_m_s = 0.2;
+      f.measurements.push_back(m);
+    }
+  }
+  std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
+  return f;
+}
+
+struct Flown {
+  double rms_m = 0;
+  double inside95 = 0;
+};
+
+inline Flown fly(Method& method, const Flight& f, double from_s) {
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  double sum = 0;
+  int inside = 0;
+  int n = 0;
+  for (const Measurement& m : f.measurements) {
+    (void)method.process(m, m.epoch);
+    const auto e = method.fused(0);
+    if (!e || m.epoch < Time{} + seconds(from_s)) continue;
+    const Vec<3> error = e->mean.head<3>() - truth_at(pad, (e->epoch - Time{}).seconds()).m;
+    sum += error.squaredNorm();
+    inside += error.dot(e->cov.topLeftCorner<3, 3>().llt().solve(error)) <= chi2_quantile(0.95, 3) ? 1 : 0;
+    ++n;
+  }
+  return {std::sqrt(sum / n), static_cast<double>(inside) / n};
+}
+
+}  // namespace downrange::test
