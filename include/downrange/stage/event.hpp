@@ -103,6 +103,7 @@ struct Observation {
   double sigma_horizontal_m = 0;  ///< Gps, after the configured default was put in
   double sigma_vertical_m = 0;
   double sigma_velocity_m_s = 0;
+  bool simulated = false;  ///< the flag of the message it came from
 };
 
 using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation>;
