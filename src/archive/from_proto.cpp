@@ -122,6 +122,7 @@ Observation from_proto(const record::Observation& in, Defect& defect) {
   out.sigma_horizontal_m = in.sigma_horizontal_m();
   out.sigma_vertical_m = in.sigma_vertical_m();
   out.sigma_velocity_m_s = in.sigma_velocity_m_s();
+  out.simulated = in.simulated();
   return out;
 }
 

@@ -129,6 +129,7 @@ void to_proto(const Observation& in, record::Observation& out) {
   out.set_sigma_horizontal_m(in.sigma_horizontal_m);
   out.set_sigma_vertical_m(in.sigma_vertical_m);
   out.set_sigma_velocity_m_s(in.sigma_velocity_m_s);
+  out.set_simulated(in.simulated);
 }
 
 void to_proto(const SensorBias& in, record::SensorBias& out) {

@@ -122,6 +122,7 @@ void to_wire(const Observation& from, wire::Observation& to) {
   to.sigma_horizontal_m(from.sigma_horizontal_m);
   to.sigma_vertical_m(from.sigma_vertical_m);
   to.sigma_velocity_m_s(from.sigma_velocity_m_s);
+  to.simulated(from.simulated);
 }
 
 Defect from_wire(const wire::Observation& from, Observation& to) {
@@ -142,6 +143,7 @@ Defect from_wire(const wire::Observation& from, Observation& to) {
   to.sigma_horizontal_m = from.sigma_horizontal_m();
   to.sigma_vertical_m = from.sigma_vertical_m();
   to.sigma_velocity_m_s = from.sigma_velocity_m_s();
+  to.simulated = from.simulated();
   return check.defect();
 }
 

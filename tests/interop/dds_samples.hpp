@@ -78,6 +78,7 @@ inline Observation sample_observation(std::uint64_t sequence = 10) {
   observation.sigma_horizontal_m = 10;
   observation.sigma_vertical_m = 11;
   observation.sigma_velocity_m_s = 12;
+  observation.simulated = true;
   return observation;
 }
 
@@ -218,6 +219,7 @@ inline void expect_equal(const Observation& a, const Observation& b) {
   EXPECT_EQ(a.sigma_horizontal_m, b.sigma_horizontal_m);
   EXPECT_EQ(a.sigma_vertical_m, b.sigma_vertical_m);
   EXPECT_EQ(a.sigma_velocity_m_s, b.sigma_velocity_m_s);
+  EXPECT_EQ(a.simulated, b.simulated);
 }
 
 inline void expect_equal(const SensorBias& a, const SensorBias& b) {

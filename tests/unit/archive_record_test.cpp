@@ -70,6 +70,7 @@ TEST(ArchiveRecord, EveryFieldOfTheMessageMeansTheFieldOfTheStruct) {
   EXPECT_EQ(observation.verdict(), record::REASON_FROZEN);
   EXPECT_EQ(observation.position_y_m(), 4.2e6);
   EXPECT_EQ(observation.velocity_z_m_s(), -3);
+  EXPECT_TRUE(observation.simulated());
 }
 
 // The enumerations are written by number: C++ and Protobuf must count alike.

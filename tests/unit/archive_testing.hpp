@@ -105,6 +105,7 @@ inline Observation some_observation() {
   o.sigma_horizontal_m = 1;
   o.sigma_vertical_m = 2;
   o.sigma_velocity_m_s = 3;
+  o.simulated = true;
   return o;
 }
 
