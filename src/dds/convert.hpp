@@ -37,7 +37,8 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatus& to);
 [[nodiscard]] Defect from_wire(const wire::SensorBias& from, SensorBias& to);
 [[nodiscard]] Defect from_wire(const wire::Trajectory& from, Trajectory& to);
 [[nodiscard]] Defect from_wire(const wire::SlavingCommand& from, SlavingCommand& to);
-[[nodiscard]] Defect from_wire(const wire::SourceHealth& from, SourceHealth& to);
+/// `node`: whose account it is.
+[[nodiscard]] Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node);
 [[nodiscard]] Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to);
 
 }  // namespace downrange::dds

@@ -142,9 +142,10 @@ void to_wire(const SourceHealth& from, wire::SourceHealth& to) {
   to.qualified(from.qualified);
 }
 
-Defect from_wire(const wire::SourceHealth& from, SourceHealth& to) {
+Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node) {
   Check check;
   check.name("sensor_id", from.sensor_id().c_str(), to.sensor);
+  check.name("node_id", from.node_id().c_str(), node);
   check.text("target_id", from.target_id().c_str(), to.target);
   to.time.ns = from.time_ns();
   to.rate_hz = from.rate_hz();

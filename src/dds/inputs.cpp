@@ -48,7 +48,7 @@ class InputReader::Impl {
 
  private:
   template <class Input, class Wire>
-  Defect take(const Wire& wire) {
+  Defect take(const Wire& wire, const Name& node = {}) {
     Input input;
     Defect defect = from_wire(wire, input);
     if (!defect.empty()) return defect;
@@ -59,7 +59,7 @@ class InputReader::Impl {
     } else if (stamp.run_id == 0) {
       return "has no stamp of a run on the range clock";
     }
-    callback_(input, stamp, Name());
+    callback_(input, stamp, node);
     return {};
   }
 
@@ -68,10 +68,7 @@ class InputReader::Impl {
     if (!node || std::find(ingest_nodes_.begin(), ingest_nodes_.end(), *node) == ingest_nodes_.end()) {
       return {};  // another centre's business
     }
-    Observation observation;
-    Defect defect = from_wire(wire, observation);
-    if (defect.empty()) callback_(observation, from_wire(wire.stamp()), *node);
-    return defect;
+    return take<Observation>(wire, *node);
   }
 
   const ClockMode clock_;

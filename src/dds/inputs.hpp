@@ -32,8 +32,9 @@ struct InputSelection {
 /// quick, and must not throw. Nothing is called after the destructor returns.
 class InputReader {
  public:
-  /// `node`: the ingest node of an Observation, else empty. On the wall clock `received` is the UTC time of arrival,
-  /// except of an Observation, which keeps its ingest node's; on the range clock the follower stamps.
+  /// `node`: the ingest node of an Observation, else empty. On the wall clock `received` is the UTC time of arrival
+  /// here, of an Observation too: `received` drives the ticks, and no other node's clock may. On the range clock the
+  /// follower stamps. A sample of the other clock mode is malformed.
   using Callback = std::function<void(const Event& event, const RangeStamp& stamp, const Name& node)>;
 
   InputReader(Participant& participant, const InputSelection& selection, Callback callback);

@@ -134,7 +134,11 @@ class OutputReaders::Impl {
     if (selection.bias) open<SensorBias>(bias_, participant, topics::bias, options);
     if (selection.trajectory) open<Trajectory>(trajectory_, participant, topics::trajectory, options);
     if (selection.slaving) open<SlavingCommand>(slaving_, participant, topics::slaving, options);
-    if (selection.health) open<SourceHealth>(health_, participant, topics::health, options);
+    if (selection.health) {
+      health_.emplace(
+          participant, topics::health, tally_, [this](const auto& wire, const auto&) { return take_health(wire); },
+          options);
+    }
     if (selection.status) {
       status_.emplace(
           participant, topics::status, tally_,
@@ -168,6 +172,19 @@ class OutputReaders::Impl {
           return defect;
         },
         options);
+  }
+
+  Defect take_health(const wire::SourceHealth& wire) {
+    SourceHealth health;
+    Name node;
+    Defect defect = from_wire(wire, health, node);
+    if (!defect.empty()) return defect;
+    if (callbacks_.health) {
+      callbacks_.health(health, node);
+    } else if (callbacks_.result) {
+      callbacks_.result(health);
+    }
+    return {};
   }
 
   const OutputCallbacks callbacks_;

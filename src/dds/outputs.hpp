@@ -66,6 +66,8 @@ struct OutputSelection {
 struct OutputCallbacks {
   std::function<void(const Result&)> result;
   std::function<void(const ServiceStatus&)> status;
+  /// Where set: source accounts come here, with the node that keeps them, instead of to `result`.
+  std::function<void(const SourceHealth&, const Name& node)> health = {};
 };
 
 /// Reads results as any consumer does: of several nodes that publish, only the owner's arrive.
