@@ -125,7 +125,8 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   } else {
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
   }
-  if (gps) target.last_fix = {m.position, m.velocity};
+  const int k = target_at(m.target);
+  if (gps) remember(target.last_fix, m, s.x.segment<3>(k + 3), s.P.block<3, 3>(k + 3, k + 3));
   SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
   count(account, outcome.verdict);
   if (outcome.verdict != Verdict::Accepted) {
@@ -236,7 +237,7 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
   const int k = target_at(m.target);
   const Target& target = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
-  if (is_frozen(m, target.last_fix, s.x.segment<3>(k))) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  if (is_frozen(m, target.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   const Mat<3, 3> R_position = fix_covariance(m);
   const Vec<3> nu_position = m.position.m - s.x.segment<3>(k) - s.x.segment<3>(k + 9);
   if (!m.velocity_valid || !settings_.gps_use_velocity) {

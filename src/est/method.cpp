@@ -41,7 +41,7 @@ class Song2015Method final : public Method {
 
   std::optional<TrackEstimate> gps_track(int target, Time at) const override {
     const GpsTrack& gps = rewinder_.state().gps[static_cast<std::size_t>(target)];
-    if (!gps.started || !rewinder_.core().corrects()) return std::nullopt;
+    if (!gps.confirmed || !rewinder_.core().corrects()) return std::nullopt;
     return estimate(gps.state, gps.epoch, at, settings().gps_q_m2_s3);
   }
 
@@ -127,7 +127,8 @@ constexpr NamedMethod methods[] = {
 }  // namespace
 
 bool processed_before(const Measurement& a, const Measurement& b) {
-  return std::tie(a.epoch, a.kind, a.source, a.sequence) < std::tie(b.epoch, b.kind, b.source, b.sequence);
+  return std::tie(a.epoch, a.kind, a.source, a.target, a.sequence) <
+         std::tie(b.epoch, b.kind, b.source, b.target, b.sequence);
 }
 
 const std::vector<std::string_view>& method_names() {

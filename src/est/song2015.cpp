@@ -6,10 +6,13 @@
 #include <downrange/est/song2015.hpp>
 #include <downrange/est/source_checks.hpp>
 #include <limits>
-#include <utility>
 
 namespace downrange {
 namespace {
+
+/// A bias estimate beyond this many sigma of its prior is a wrong reference, not a bias. Cartesian scales that stand for
+/// the polar bias of a real radar reach 15.
+constexpr double bias_sigmas_max = 30;
 
 const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
 
@@ -21,13 +24,9 @@ Mat<3, 6> bias_matrix(const Vec<3>& z_sez) {
 }
 
 template <int N, int M>
-Outcome judge(SourceAccount& account, const Update<N, M>& u) {
-  count(account, u.verdict);
-  if (u.verdict == Verdict::Accepted) {
-    const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
-    account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
-  }
-  return {.verdict = u.verdict, .nis = u.nis, .dof = M};
+void note_residual(SourceAccount& account, const Update<N, M>& u) {
+  const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
+  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
 }
 
 double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
@@ -67,64 +66,65 @@ Outcome Song2015::apply(State& state, const Measurement& m) const {
 Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
   GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
   SourceAccount& account = state.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
-  const Mat<3, 3> R = fix_covariance(m);
-  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
-  const double velocity_variance = m.sigma_velocity_m_s * m.sigma_velocity_m_s;
-
-  const auto start = [&] {
-    gps.started = true;
-    gps.epoch = m.epoch;
-    gps.rejected_in_row = 0;
-    gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
-    gps.state.cov.setZero();
-    gps.state.cov.topLeftCorner<3, 3>() = R;
-    gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(
-        with_velocity ? velocity_variance
-                      : settings_.initial_sigma_velocity_m_s * settings_.initial_sigma_velocity_m_s);
-  };
-  const LastFix last = std::exchange(gps.last_fix, LastFix{m.position, m.velocity});
-  if (!gps.started) {
-    start();
-    count(account, Verdict::Accepted);
-    return {};
-  }
-
-  const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
-  if (is_frozen(m, last, predicted.mean.head<3>())) {
+  if (gps.started && is_frozen(m, gps.last_fix)) {
     count(account, Verdict::Frozen);
     return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   }
+  const Outcome outcome = follow_fix(gps, account, m);
+  remember(gps.last_fix, m, gps.state.mean.tail<3>(), gps.state.cov.bottomRightCorner<3, 3>());
+  return outcome;
+}
+
+Outcome Song2015::follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
   // A track too old to serve as reference is no judge of the receiver that returns either.
-  if (m.epoch - gps.epoch > settings_.gps_max_age) {
-    start();
+  if (!gps.started || m.epoch - gps.epoch > settings_.gps_max_age) {
+    start_gps(gps, m);
     count(account, Verdict::Accepted);
     return {};
   }
-
+  const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
+  const Mat<3, 3> R = fix_covariance(m);
   Outcome outcome;
   const auto take = [&](const auto& u) {
-    outcome = judge(account, u);
+    outcome = {.verdict = u.verdict, .nis = u.nis, .dof = static_cast<int>(u.innovation.size())};
     if (outcome.verdict != Verdict::Accepted) return;
+    note_residual(account, u);
     gps.state = u.posterior;
     gps.epoch = m.epoch;
     gps.rejected_in_row = 0;
+    gps.confirmed = true;
   };
-  if (with_velocity) {
+  if (m.velocity_valid && settings_.gps_use_velocity) {
     Mat<6, 6> R6 = Mat<6, 6>::Zero();
     R6.topLeftCorner<3, 3>() = R;
-    R6.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
+    R6.bottomRightCorner<3, 3>().diagonal().setConstant(m.sigma_velocity_m_s * m.sigma_velocity_m_s);
     Vec<6> z;
     z << m.position.m, m.velocity.m_s;
     take(kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_));
   } else {
     take(kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate3_));
   }
-  // A gated fix leaves track and age as they were: the reference must not look fresh. A receiver that insists is right.
-  if (outcome.verdict != Verdict::Accepted && ++gps.rejected_in_row >= gps_restart_after) {
-    start();
+  // A gated fix leaves track and age as they were: the reference must not look fresh. A receiver that insists is right,
+  // and a track that nothing has confirmed yet gives way at once.
+  if (outcome.verdict != Verdict::Accepted && (!gps.confirmed || ++gps.rejected_in_row >= gps_restart_after)) {
+    start_gps(gps, m);
     outcome.verdict = Verdict::Accepted;
   }
+  count(account, outcome.verdict);
   return outcome;
+}
+
+void Song2015::start_gps(GpsTrack& gps, const Measurement& m) const {
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  const double sigma_velocity = with_velocity ? m.sigma_velocity_m_s : settings_.initial_sigma_velocity_m_s;
+  gps.started = true;
+  gps.confirmed = false;
+  gps.epoch = m.epoch;
+  gps.rejected_in_row = 0;
+  gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
+  gps.state.cov.setZero();
+  gps.state.cov.topLeftCorner<3, 3>() = fix_covariance(m);
+  gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_velocity * sigma_velocity);
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
@@ -156,8 +156,10 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
   }
   const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings_.q_m2_s3);
   const auto gate_check = kalman_update<6, 3>(predicted, z.z - H * predicted.mean, H, z.R, gate3_);
-  const Outcome outcome = judge(account, gate_check);
+  const Outcome outcome{.verdict = gate_check.verdict, .nis = gate_check.nis, .dof = 3};
+  count(account, outcome.verdict);
   if (outcome.verdict == Verdict::Accepted) {
+    note_residual(account, gate_check);
     fuse_into(track, m, z);
     track.nis = outcome.nis;
     return outcome;
@@ -174,7 +176,7 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
 
 void Song2015::estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
                              const Mat<3, 3>& R_sez) const {
-  if (!gps.started || m.epoch - gps.epoch > settings_.gps_max_age) return;
+  if (!gps.confirmed || m.epoch - gps.epoch > settings_.gps_max_age) return;
   const RadarModel& model = settings_.radars[static_cast<std::size_t>(m.source)];
   const Mat<3, 3>& R_sez_ecef = model.site.R_sez_ecef().R;
 
@@ -189,7 +191,11 @@ void Song2015::estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measure
   // (22), (23)
   const Mat<3, 6> C = bias_matrix(z_sez);
   const auto u = kalman_update<6, 3>(prior, z_b - C * prior.mean, C, R_b, gate3_);
-  if (u.verdict != Verdict::Accepted) {
+  const Vec<6> prior_sigma = prior_bias().cov.diagonal().cwiseSqrt();
+  // Far outside of what a radar's bias can be, the reference is wrong, whatever the gate says: the windowed process
+  // noise grows with the error and would follow it.
+  const bool plausible = (u.posterior.mean.cwiseAbs().array() <= bias_sigmas_max * prior_sigma.array()).all();
+  if (u.verdict != Verdict::Accepted || !plausible) {
     if (++bias.rejected_in_row >= settings_.reopen_after) {
       bias.estimate = prior_bias();
       bias.windowed = 0;

@@ -11,14 +11,29 @@ Mat<3, 3> fix_covariance(const Measurement& fix) {
   return R_ecef_enu * Vec<3>(h2, h2, v2).asDiagonal() * R_ecef_enu.transpose();
 }
 
-bool is_frozen(const Measurement& fix, const LastFix& last, const Vec<3>& track) {
+bool repeats(const Measurement& fix, const LastFix& last) {
+  return fix.position.m == last.position.m && (!fix.velocity_valid || fix.velocity.m_s == last.velocity.m_s);
+}
+
+bool is_frozen(const Measurement& fix, const LastFix& last) {
+  if (!repeats(fix, last)) return false;
   constexpr double sigmas = 3;
   constexpr double reporting_quantum_m = 1;
-  const bool repeats =
-      fix.position.m == last.position.m && (!fix.velocity_valid || fix.velocity.m_s == last.velocity.m_s);
-  const double variance =
+  const double dt = (fix.epoch - last.since).seconds();
+  const double of_fix =
       2 * fix.sigma_horizontal_m * fix.sigma_horizontal_m + fix.sigma_vertical_m * fix.sigma_vertical_m;
-  return repeats && (track - last.position.m).norm() > sigmas * std::sqrt(variance) + reporting_quantum_m;
+  const double of_velocity = last.sigma_velocity_m_s * dt;
+  return last.track_velocity.m_s.norm() * dt >
+         sigmas * std::sqrt(of_fix + of_velocity * of_velocity) + reporting_quantum_m;
+}
+
+void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocity, const Mat<3, 3>& cov) {
+  if (repeats(fix, last)) return;
+  last = {.position = fix.position,
+          .velocity = fix.velocity,
+          .since = fix.epoch,
+          .track_velocity = {track_velocity},
+          .sigma_velocity_m_s = std::sqrt(cov.trace())};
 }
 
 void count(SourceAccount& account, Verdict verdict) {

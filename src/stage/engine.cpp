@@ -11,9 +11,9 @@ namespace downrange {
 
 namespace {
 
-/// After a silence longer than this the ticks in between are skipped: nothing is published that long after the last
-/// measurement, and a stamp that is years off must not hold the node up for hours.
-constexpr Duration longest_silence = seconds(600);
+/// Ticks end this long after the last event: longer than anything coasts (slave.coast_ms, at most 600 s), so that
+/// nothing is lost, and a stamp that is years off does not hold the node up for hours.
+constexpr Duration longest_silence = seconds(700);
 
 }  // namespace
 
@@ -35,14 +35,27 @@ class Engine::Impl {
     if (!stages_.ingest) follow(ingest_.judge(o));
   }
 
+  /// The time of an event, before it is handled.
+  void event_at(Time received) {
+    if (!plausible(received)) return;  // not a time that could drive anything; ingest rejects what carries it
+    advance_to(received);
+    last_event_ = received;
+  }
+
   void advance_to(Time now) {
+    if (!plausible(now)) return;
     if (!last_tick_) {
       // The first tick is the first grid instant at or after the first time that this engine hears of.
       next_tick_ = ceil_to_grid(now, config_.tick);
       last_tick_ = Time{std::numeric_limits<std::int64_t>::min()};
+      last_event_ = now;
     }
-    if (now - next_tick_ > longest_silence) next_tick_ = ceil_to_grid(now - longest_silence, config_.tick);
     while (next_tick_ <= now) {
+      if (next_tick_ > last_event_ + longest_silence) {
+        next_tick_ = ceil_to_grid(now + Duration{1}, config_.tick);
+        last_tick_ = next_tick_ - config_.tick;
+        return;
+      }
       tick(next_tick_);
       last_tick_ = next_tick_;
       next_tick_ = next_tick_ + config_.tick;
@@ -83,6 +96,7 @@ class Engine::Impl {
   Slave slave_;
   std::optional<Time> last_tick_;  ///< unset before the first time heard of
   Time next_tick_;
+  Time last_event_;
 };
 
 Engine::Engine(const RangeConfig& config, const StageSet& stages, ResultSink& sink)
@@ -95,7 +109,7 @@ Event Engine::admit(Event event) const {
 }
 
 void Engine::handle(const Event& admitted) {
-  impl_->advance_to(received_of(admitted));
+  impl_->event_at(received_of(admitted));
   std::visit(*impl_, admitted);
 }
 

@@ -7,16 +7,24 @@ namespace downrange {
 namespace {
 
 constexpr Duration same_epoch = milliseconds(1);
+constexpr std::size_t max_streams = 512;
 /// A vehicle is between the Dead Sea's depth below the ellipsoid and geosynchronous altitude, slower than 20 km/s.
 constexpr double radius_min_m = 6.35e6;
 constexpr double radius_max_m = 5e7;
 constexpr double speed_max_m_s = 2e4;
 /// No receiver is better than this, whatever it states.
 constexpr double sigma_floor_m = 0.1;
+/// A receiver that states worse has no fix.
+constexpr double sigma_max = 1e5;
 constexpr double sigma_floor_m_s = 0.01;
 
 bool finite(const Polar& q) {
   return std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad);
+}
+
+bool plausible_sigmas(const Observation& o) {
+  return o.sigma_horizontal_m > 0 && o.sigma_horizontal_m <= sigma_max && o.sigma_vertical_m > 0 &&
+         o.sigma_vertical_m <= sigma_max && o.sigma_velocity_m_s > 0 && o.sigma_velocity_m_s <= sigma_max;
 }
 
 template <class Config>
@@ -42,6 +50,7 @@ Observation Ingest::judge(const RadarTspi& tspi) {
   o.received = tspi.received;
   o.measured = tspi.measured;
   o.measured.azimuth_rad = wrap_two_pi(o.measured.azimuth_rad);
+  o.simulated = tspi.simulated;
 
   const auto radar = std::ranges::find(config_.radars, tspi.sensor, &RadarConfig::id);
   const auto reason = [&] {
@@ -71,6 +80,7 @@ Observation Ingest::judge(const GpsFix& fix) {
   o.position = fix.position;
   o.velocity = fix.velocity;
   o.velocity_valid = fix.velocity_valid;
+  o.simulated = fix.simulated;
   o.sigma_horizontal_m = stated_or(fix.sigma_horizontal_m, config_.gps.sigma_horizontal_m, sigma_floor_m);
   o.sigma_vertical_m = stated_or(fix.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m);
   o.sigma_velocity_m_s = stated_or(fix.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s);
@@ -89,7 +99,7 @@ Observation Ingest::judge(const GpsFix& fix) {
     const double radius = fix.position.m.norm();
     const bool plausible_place = radius >= radius_min_m && radius <= radius_max_m;
     const bool plausible_speed = !fix.velocity_valid || fix.velocity.m_s.norm() <= speed_max_m_s;
-    if (!plausible_place || !plausible_speed) return Reason::OutOfLimits;
+    if (!plausible_place || !plausible_speed || !plausible_sigmas(o)) return Reason::OutOfLimits;
     return judge_time(o, stream_of(ObservationKind::Gps, fix.receiver, fix.target));
   };
   o.verdict = reason();
@@ -103,11 +113,13 @@ Observation Ingest::judge(Observation observation) {
     const bool known =
         radar ? known_source(config_.radars, observation.sensor) : known_source(config_.telemetry, observation.sensor);
     if (!known || !known_source(config_.targets, observation.target)) return Reason::UnknownSource;
+    if (observation.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
     const bool whole = radar ? finite(observation.measured)
                              : observation.position.m.allFinite() && std::isfinite(observation.sigma_horizontal_m) &&
                                    std::isfinite(observation.sigma_vertical_m) &&
                                    (!observation.velocity_valid || observation.velocity.m_s.allFinite());
     if (!whole) return Reason::NotFinite;
+    if (!radar && !plausible_sigmas(observation)) return Reason::OutOfLimits;
     return judge_time(observation, stream_of(observation.kind, radar ? observation.sensor : observation.receiver,
                                              observation.target));
   };
@@ -119,19 +131,24 @@ Ingest::Stream& Ingest::stream_of(ObservationKind kind, const Name& source, cons
   for (Stream& s : streams_) {
     if (s.kind == kind && s.source == source && s.target == target) return s;
   }
+  // Whatever an outsider calls its receivers, memory stays bounded: streams that went quiet make room.
+  if (streams_.size() >= max_streams) streams_.erase(streams_.begin());
   streams_.push_back({.source = source, .target = target, .kind = kind, .recent = {}});
   return streams_.back();
 }
 
 Reason Ingest::judge_time(const Observation& o, Stream& stream) const {
+  if (!plausible(o.epoch) || !plausible(o.received)) return Reason::OutOfLimits;
   const Time horizon = o.received - config_.fuse.history;
   if (o.epoch < horizon) return Reason::TooLate;
   if (o.epoch > o.received + config_.ingest.max_future) return Reason::FromFuture;
 
+  // Of GPS the same epoch is +- 1 ms; a radar's plots may follow each other as closely.
+  const Duration tolerance = o.kind == ObservationKind::Gps ? same_epoch : Duration{0};
   std::erase_if(stream.recent, [&](const Stream::Entry& e) { return e.epoch < horizon - same_epoch; });
   for (const Stream::Entry& e : stream.recent) {
     const Duration apart = o.epoch - e.epoch;
-    if (apart <= same_epoch && -apart <= same_epoch) return Reason::Duplicate;
+    if (apart <= tolerance && -apart <= tolerance) return Reason::Duplicate;
     const bool sent_after = e.sender == o.sensor && o.sequence > e.sequence;
     if (sent_after && o.epoch < e.epoch) return Reason::ClockStep;
   }

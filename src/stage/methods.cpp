@@ -41,7 +41,9 @@ MethodSettings settings_of(const RangeConfig& config) {
 Methods::Methods(const RangeConfig& config) : config_(config) {
   const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
-    runners_.push_back({.name = name, .method = make_method(name.view(), settings)});
+    runners_.push_back({.name = name,
+                        .method = make_method(name.view(), settings),
+                        .published = std::vector<Published>(config.targets.size())});
 }
 
 void Methods::process(const Observation& o) {
@@ -84,11 +86,18 @@ void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
   }
 }
 
-void Methods::emit_trajectories(const Observation& o, ResultSink& sink) const {
-  for (const Runner& runner : runners_) {
+void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
+  const int target = index_of(config_.targets, o.target);
+  for (Runner& runner : runners_) {
     if (!runner.accepted) continue;
-    if (const auto estimate = runner.method->fused(index_of(config_.targets, o.target)))
-      emit_trajectory(runner, *estimate, o.target, o.received, TrackQuality::Good, sink);
+    const auto estimate = runner.method->fused(target);
+    if (!estimate) continue;
+    // A fix that the track does not use leaves it as it was: the same estimate is not news.
+    Published& last = runner.published[static_cast<std::size_t>(target)];
+    if (last.epoch == estimate->epoch && last.mean == estimate->mean) continue;
+    last = {.epoch = estimate->epoch, .mean = estimate->mean};
+    const bool fresh = o.received - estimate->data_epoch <= config_.slave.coast;
+    emit_trajectory(runner, *estimate, o.target, o.received, fresh ? TrackQuality::Good : TrackQuality::Coasting, sink);
   }
 }
 

@@ -19,8 +19,9 @@ class Methods {
 
   /// ALIGN's results: the bias of the observation's radar, for each method that took the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;
-  /// FUSE's results: the trajectory of the observation's target, for each method that took the observation.
-  void emit_trajectories(const Observation& o, ResultSink& sink) const;
+  /// FUSE's results: the trajectory of the observation's target, for each method that took the observation and whose
+  /// estimate it changed.
+  void emit_trajectories(const Observation& o, ResultSink& sink);
   /// FUSE's results on the tick: every target and method, predicted to `tick`.
   void emit_trajectories_at(Time tick, ResultSink& sink) const;
 
@@ -28,10 +29,15 @@ class Methods {
   [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
 
  private:
+  struct Published {
+    Time epoch;
+    Vec<9> mean = Vec<9>::Zero();
+  };
   struct Runner {
     Name name;
     std::unique_ptr<Method> method;
-    bool accepted = false;  ///< the last observation
+    std::vector<Published> published;  ///< per target
+    bool accepted = false;             ///< the last observation
   };
 
   void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,

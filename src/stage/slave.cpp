@@ -91,6 +91,9 @@ std::optional<SlavingCommand> Slave::command(Antenna& antenna, const Chosen& cho
       std::abs(rates[1]) > a.azimuth_rate_max_rad_s || std::abs(rates[2]) > a.elevation_rate_max_rad_s;
   c.limits = static_cast<std::uint8_t>(azimuth.limits | (elevation_held ? LimitElevation : LimitNone) |
                                        (too_fast ? LimitRate : LimitNone));
+  // A held axis stands still: an antenna that feeds the rate forward must not run into its stop.
+  if (azimuth.limits & LimitAzimuth) c.azimuth_rate_rad_s = 0;
+  if (elevation_held) c.elevation_rate_rad_s = 0;
   const bool finite = std::isfinite(c.azimuth_rad) && std::isfinite(c.elevation_rad) && rates.allFinite() &&
                       std::isfinite(c.sigma_azimuth_rad) && std::isfinite(c.sigma_elevation_rad);
   if (!finite) return std::nullopt;

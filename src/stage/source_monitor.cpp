@@ -33,7 +33,8 @@ void SourceMonitor::count(const Observation& o) {
   ++source->count[static_cast<std::size_t>(o.verdict)];
   if (o.verdict == Reason::UnknownSource) return;
   source->target = o.target;
-  constexpr double weight = 1.0 / 20;  // latency: mean over about the last 20 messages
+  if (o.verdict != Reason::Accepted) return;  // a rejected sample's epoch may be anything
+  constexpr double weight = 1.0 / 20;         // latency: mean over about the last 20 messages
   const double latency = (o.received - o.epoch).seconds();
   source->latency_s += (source->seen ? weight : 1.0) * (latency - source->latency_s);
   source->seen = true;

@@ -56,10 +56,13 @@ TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
       EXPECT_LT(radar.after.azimuth_rad, 0.7 * radar.before.azimuth_rad) << radar.sensor.view();
       EXPECT_LT(radar.after.elevation_rad, 0.7 * radar.before.elevation_rad) << radar.sensor.view();
     }
+    int fused_rows = 0;
     for (const auto& antenna : summary.pointing) {
       if (antenna.source != SlavingSource::Fused) continue;
+      ++fused_rows;
       EXPECT_LT(antenna.p95_rad, 0.15 * std::numbers::pi / 180) << antenna.antenna.view();
     }
+    EXPECT_EQ(fused_rows, 4);
   }
 }
 

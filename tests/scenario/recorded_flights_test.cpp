@@ -107,6 +107,7 @@ TEST(RecordedFlights, FalconHeavyDemo) {
     EXPECT_LE(radar.after.elevation_rad, 0.6 * radar.before.elevation_rad) << radar.sensor.view();
   }
   EXPECT_EQ(scored, 2);
+  EXPECT_FALSE(summary.pointing.empty());
   for (const auto& antenna : summary.pointing) EXPECT_LT(antenna.p95_rad, 0.2 * std::numbers::pi / 180);
 }
 

@@ -140,6 +140,51 @@ TEST(Song2015, AFrozenReceiverIsRejectedButOneAtRestIsNot) {
   }
 }
 
+TEST(Song2015, AReceiverThatFreezesJustAfterLiftoffDoesNotDragTheTrackAway) {
+  Flight f = draw_flight(13, 60, true);
+  // The vehicle starts at 400 m/s there; slow it down: the receiver freezes at once, at its first fix but one.
+  Measurement frozen;
+  int fixes = 0;
+  for (Measurement& m : f.measurements) {
+    if (m.kind != Measurement::Kind::Gps) continue;
+    if (++fixes <= 3) {
+      frozen = m;
+    } else {
+      m.position = frozen.position;
+      m.velocity = frozen.velocity;
+    }
+  }
+  const auto method = make_method("song2015", f.settings);
+  const Flown flown = fly(*method, f, 30);
+  const Flown without = fly(*make_method("uncorrected", f.settings), f, 30);
+  EXPECT_LT(flown.rms_m, 5 * without.rms_m);  // biases found in three seconds are poor, kilometres they are not
+  EXPECT_GT(method->account(2).frozen, 50u);
+}
+
+TEST(Song2015, OneBadFixAfterAGapIsNoReference) {
+  Flight f = draw_flight(14, 60, true);
+  std::erase_if(f.measurements, [](const Measurement& m) {
+    return m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(40) && m.epoch < Time{} + seconds(50);
+  });
+  bool spoilt = false;
+  for (Measurement& m : f.measurements) {
+    if (spoilt || m.kind != Measurement::Kind::Gps || m.epoch < Time{} + seconds(50)) continue;
+    m.position.m += Vec<3>(50'000, 0, 0);
+    spoilt = true;
+  }
+  ASSERT_TRUE(spoilt);
+  const auto method = make_method("song2015", f.settings);
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    const auto gps = method->gps_track(0, m.epoch);
+    if (!gps || m.epoch < Time{} + seconds(45)) continue;
+    const Site pad({34.43 * test::deg, 127.53 * test::deg, 100});
+    const double error = (gps->mean.head<3>() - test::truth_at(pad, (m.epoch - Time{}).seconds()).m).norm();
+    ASSERT_LT(error, 20'000) << "at " << (m.epoch - Time{}).seconds();  // an old track drifts; 50 km is the bad fix
+  }
+  EXPECT_EQ(method->account(2).rejected_in_row, 0);
+}
+
 TEST(Song2015, GpsLostFreezesTheBiasesAndGpsBackWins) {
   Flight f = draw_flight(8, 60, true);
   std::erase_if(f.measurements, [](const Measurement& m) {

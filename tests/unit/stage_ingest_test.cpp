@@ -71,6 +71,9 @@ TEST(Ingest, GpsReasons) {
        },
        Reason::Accepted},
       {"NaN sigma", [&](GpsFix& f) { f.sigma_vertical_m = nan; }, Reason::NotFinite},
+      {"absurd sigma", [](GpsFix& f) { f.sigma_horizontal_m = 1e200; }, Reason::OutOfLimits},
+      {"epoch before all time", [](GpsFix& f) { f.epoch = Time{std::numeric_limits<std::int64_t>::min()}; },
+       Reason::OutOfLimits},
       {"inside the Earth", [](GpsFix& f) { f.position.m.setZero(); }, Reason::OutOfLimits},
       {"as fast as light", [](GpsFix& f) { f.velocity.m_s[0] = 3e8; }, Reason::OutOfLimits},
   };
@@ -117,6 +120,12 @@ TEST(Ingest, ACentreTrustsNoOtherNodeBlindly) {
   o = good;
   o.measured.range_m = std::nan("");
   EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::NotFinite);
+  o = good;
+  o.simulated = !o.simulated;  // a rehearsal at a site must not point the antennas of a live centre
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::SimulatedMismatch);
+  o = good;
+  o.received = Time{std::numeric_limits<std::int64_t>::max()};
+  EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::OutOfLimits);
   o = good;
   o.verdict = Reason::NotTracking;
   EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::NotTracking);

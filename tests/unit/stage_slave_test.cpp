@@ -154,6 +154,7 @@ TEST(Slave, HoldsTheEndOfTravelAndSaysSo) {
   const SlavingCommand c = out.of<SlavingCommand>().at(0);
   EXPECT_EQ(c.elevation_rad, 10 * deg);
   EXPECT_EQ(c.limits & LimitElevation, LimitElevation);
+  EXPECT_EQ(c.elevation_rate_rad_s, 0);  // the target's own rate would drive the antenna into its stop
   EXPECT_EQ(c.limits & LimitRate, LimitRate);
   EXPECT_EQ(out.of<SlavingCommand>().at(1).limits, LimitNone);
 }

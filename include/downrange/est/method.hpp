@@ -34,7 +34,7 @@ struct Measurement {
   double sigma_velocity_m_s = 0;
 };
 
-/// The order of processing: (epoch, source, sequence); radars before stations.
+/// The order of processing: (epoch, source, target, sequence); radars before stations.
 [[nodiscard]] bool processed_before(const Measurement& a, const Measurement& b);
 
 /// What became of one measurement.

@@ -28,7 +28,8 @@ struct RadarBias {
 /// The GPS Kalman filter of one target: CV in ECEF.
 struct GpsTrack {
   bool started = false;
-  Time epoch;  ///< of the last accepted fix
+  bool confirmed = false;  ///< a second fix agreed: before, the track is no reference
+  Time epoch;              ///< of the last accepted fix
   Gaussian<6> state;
   LastFix last_fix;
   int rejected_in_row = 0;
@@ -73,6 +74,8 @@ class Song2015 {
 
  private:
   Outcome apply_fix(State& state, const Measurement& m) const;
+  Outcome follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const;
+  void start_gps(GpsTrack& gps, const Measurement& m) const;
   Outcome apply_plot(State& state, const Measurement& m) const;
   void estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
                      const Mat<3, 3>& R_sez) const;

@@ -12,15 +12,24 @@ inline constexpr int gps_restart_after = 5;
 /// Position covariance of a fix, ECEF, m^2.
 [[nodiscard]] Mat<3, 3> fix_covariance(const Measurement& fix);
 
-/// The last fix of a receiver, whatever became of it.
+/// The last fix of a receiver, and the track's velocity when it first gave that fix: what follows may be made of the
+/// repeated fixes themselves and is no witness.
 struct LastFix {
   Position<Ecef> position;
   Velocity<Ecef> velocity;
+  Time since;
+  Velocity<Ecef> track_velocity;
+  double sigma_velocity_m_s = 0;
 };
 
-/// The receiver repeats its fix to the last bit although the vehicle, by `track`, is elsewhere: further than 3 sigma of
-/// the fix and a metre. A repeat at rest is a repeat, not a fault.
-[[nodiscard]] bool is_frozen(const Measurement& fix, const LastFix& last, const Vec<3>& track);
+[[nodiscard]] bool repeats(const Measurement& fix, const LastFix& last);
+
+/// The receiver repeats its fix to the last bit although the vehicle, moving as it did at the first of them, is
+/// elsewhere: further than 3 sigma and a metre. A repeat at rest is a repeat, not a fault.
+[[nodiscard]] bool is_frozen(const Measurement& fix, const LastFix& last);
+
+/// To be called with every fix, after it was used: `track_velocity` with `cov` is what the track then knows.
+void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocity, const Mat<3, 3>& cov);
 
 /// Counts a verdict.
 void count(SourceAccount& account, Verdict verdict);

@@ -34,6 +34,9 @@ constexpr Duration operator+(Duration a, Duration b) { return {a.ns + b.ns}; }
 constexpr Duration operator-(Duration a, Duration b) { return {a.ns - b.ns}; }
 constexpr Duration operator-(Duration a) { return {-a.ns}; }
 
+/// 1970 to 2100: what a measurement's time can be; sums and differences of such times do not overflow.
+[[nodiscard]] constexpr bool plausible(Time t) { return t.ns >= 0 && t.ns < 4'102'444'800'000'000'000; }
+
 /// First instant of the UTC-aligned grid of spacing `step` that is at or after `t`. `step` > 0.
 [[nodiscard]] constexpr Time ceil_to_grid(Time t, Duration step) {
   const std::int64_t remainder = t.ns % step.ns;

@@ -31,8 +31,8 @@ class Engine {
   [[nodiscard]] Event admit(Event event) const;
   void handle(const Event& admitted);
 
-  /// Runs every tick with time <= now. Before the first event or call there is no tick; of a silence of more than ten
-  /// minutes only the last ten minutes are run.
+  /// Runs every tick with time <= now, up to 700 s after the last event: nothing coasts longer. Before the first event
+  /// or call there is no tick. Times before 1970 and after 2100 are no times and move nothing.
   void advance_to(Time now);
 
   /// Time of the last tick run, or {INT64_MIN} when none has.

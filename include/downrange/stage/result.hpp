@@ -81,7 +81,7 @@ struct SlavingCommand {
   double azimuth_rad = 0;  ///< unwrapped, within the antenna's travel
   double elevation_rad = 0;
   double range_m = 0;
-  double azimuth_rate_rad_s = 0;
+  double azimuth_rate_rad_s = 0;  ///< 0 where the axis is held at the end of its travel, elevation likewise
   double elevation_rate_rad_s = 0;
   double range_rate_m_s = 0;
   double sigma_azimuth_rad = 0;  ///< 1-sigma of the axis angle; times cos elevation is on the sky
