@@ -60,4 +60,19 @@ void InputFile::skip(std::size_t size) {
   offset_ += size;
 }
 
+bool InputFile::ends_with(ByteView bytes) const {
+  if (size_ < bytes.size()) return false;
+  Bytes end(bytes.size());
+  std::size_t have = 0;
+  while (have < end.size()) {
+    const auto at = static_cast<off_t>(size_ - end.size() + have);
+    const ssize_t got = ::pread(fd_, end.data() + have, end.size() - have, at);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw error(path_, "cannot read: " + std::generic_category().message(errno));
+    if (got == 0) return false;
+    have += static_cast<std::size_t>(got);
+  }
+  return std::equal(end.begin(), end.end(), bytes.begin());
+}
+
 }  // namespace downrange::archive

@@ -24,6 +24,8 @@ class InputFile {
   [[nodiscard]] ByteView peek(std::size_t size);
   /// Consumes bytes that were peeked.
   void skip(std::size_t size);
+  /// Whether the file's last bytes, which need not have been peeked, are these. Throws as peek.
+  [[nodiscard]] bool ends_with(ByteView bytes) const;
 
  private:
   std::filesystem::path path_;

@@ -255,6 +255,9 @@ void RawReader::read_footer(ByteView record) {
 }
 
 void RawReader::cut_off(const std::string& what) {
+  // A file that was closed in order lacks nothing: there it is a length or an opcode in the middle that is wrong.
+  if (file_.size() >= 2 * mcap_magic.size() && file_.ends_with(mcap_magic))
+    damaged(what + ", yet the file has its end");
   truncated_ = Truncation{file_.offset(), what};
   section_ = Section::Done;
 }

@@ -95,6 +95,7 @@ class RawReader {
   void read_metadata(ByteView content);
   void read_data_end(ByteView content);
   void read_footer(ByteView record);
+  /// Ends the reading as truncated; throws as damaged() where the file has its closing magic bytes all the same.
   void cut_off(const std::string& what);
   [[noreturn]] void damaged(const std::string& what);
 
