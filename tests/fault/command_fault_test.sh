@@ -49,13 +49,66 @@ expect 1 "identical" "$downrange" diff "$work/good.mcap" "$work/out.mcap"
 expect 0 "identical" "$downrange" diff "$work/out.mcap" "$work/out.mcap"
 
 head -c 30000 "$work/good.mcap" > "$work/cut.mcap"
-expect 0 "cut off at byte" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true
+expect 3 "cut off at byte" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true
+expect 3 "events over" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true
 cp "$work/good.mcap" "$work/flipped.mcap"
 printf '\x55\xaa\x55\xaa' | dd of="$work/flipped.mcap" bs=1 seek=30000 conv=notrunc status=none
 expect 1 "flipped.mcap" "$downrange" replay "$work/flipped.mcap" --config "$naro"
+# A wrong length in the middle of a file that was closed: damage, not a crash's loss.
+cp "$work/good.mcap" "$work/length.mcap"
+printf '\xff\xff\xff\x7f' | dd of="$work/length.mcap" bs=1 seek=9 conv=notrunc status=none
+expect 1 "damaged at byte 8" "$downrange" replay "$work/length.mcap" --config "$naro"
 echo "not an archive" > "$work/text.mcap"
 expect 1 "text.mcap" "$downrange" replay "$work/text.mcap" --config "$naro"
-expect 1 "/dev/full" "$downrange" replay "$work/good.mcap" --out /dev/full
+expect 1 "No space left" "$downrange" replay "$work/good.mcap" --out /dev/full
+
+# Judged as far as it goes: a flight with its truth, cut off.
+"$downrange" simulate "$naro" --scenario "$work/short.toml" --set ingest.expect_simulated=true \
+  --truth "$work/truth.mcap" || exit 1
+head -c $(($(stat -c %s "$work/out.mcap") * 9 / 10)) "$work/out.mcap" > "$work/out_cut.mcap"
+expect 0 "fused" "$downrange" report "$work/out.mcap" --truth "$work/truth.mcap" --json "$work/report.json"
+expect 3 "is cut off at byte" "$downrange" report "$work/out_cut.mcap" --truth "$work/truth.mcap"
+
+# No file is lost to a slip of the keyboard.
+cp "$work/good.mcap" "$work/kept.mcap"
+ln -s "$work/good.mcap" "$work/link.mcap"
+written_over="exists already; --force writes over it"
+expect 1 "$written_over" "$downrange" replay "$work/good.mcap" --out "$work/out.mcap"
+expect 0 "events over" "$downrange" replay "$work/good.mcap" --out "$work/out.mcap" --force
+for same in "$work/good.mcap" "$work/../${work##*/}/good.mcap" "$work/link.mcap"; do
+  expect 1 "is read as well" "$downrange" replay "$work/good.mcap" --out "$same"
+  expect 1 "is read as well" "$downrange" replay "$work/good.mcap" --out "$same" --force
+done
+for option in --archive --truth; do
+  expect 1 "$written_over" "$downrange" simulate "$naro" --scenario "$work/short.toml" $option "$work/good.mcap"
+done
+expect 1 "written twice" "$downrange" simulate "$naro" --scenario "$work/short.toml" \
+  --archive "$work/new.mcap" --truth "$work/new.mcap"
+expect 1 "is read as well" "$downrange" report "$work/out.mcap" --truth "$work/truth.mcap" --json "$work/out.mcap" --force
+expect 1 "$written_over" "$downrange" watch "$naro" --record "$work/good.mcap"
+cat > "$work/mapping.toml" << 'MAPPING'
+mission = "m"
+target = "t"
+liftoff = 0
+[[file]]
+path = "gps.csv"
+kind = "gps"
+station = "s"
+latency_s = 0.0
+[file.columns]
+time = {field = "epoch", unit = "s", since = "liftoff"}
+x = {field = "x", unit = "m"}
+y = {field = "y", unit = "m"}
+z = {field = "z", unit = "m"}
+MAPPING
+printf 'time,x,y,z\n0,6378137,0,0\n' > "$work/gps.csv"
+expect 1 "$written_over" "$downrange" import "$work/mapping.toml" --out "$work/good.mcap"
+expect 1 "is read as well" "$downrange" import "$work/mapping.toml" --out "$work/gps.csv" --force
+expect 0 "1 of 1 rows" "$downrange" import "$work/mapping.toml" --out "$work/imported.mcap"
+cmp "$work/good.mcap" "$work/kept.mcap" || failures=$((failures + 1))
+
+# A screen on a range that is silent from the start ends when told to.
+expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 229 --plain --idle 1.5
 
 # A live node never takes simulated input: every message rejected, no track, no pointing.
 expect 0 "0 slaving commands" "$downrange" replay "$work/good.mcap" --config "$naro"

@@ -2,9 +2,51 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 
 namespace downrange::app {
+namespace {
+
+/// By whatever links and detours the names lead there; also for files that do not exist yet.
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  if (std::filesystem::equivalent(a, b, error)) return true;
+  const auto full_a = std::filesystem::weakly_canonical(a, error);
+  return !error && full_a == std::filesystem::weakly_canonical(b, error) && !error;
+}
+
+bool is_device(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
+}  // namespace
+
+void OutputFiles::add_to(CLI::App& command) {
+  command.add_flag("--force", force, "Write over a file that exists (never over one that is read)");
+}
+
+void OutputFiles::check(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) const {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::string& output = outputs[i];
+    if (output.empty() || is_device(output)) continue;
+    for (const std::string& input : inputs) {
+      if (!input.empty() && same_file(output, input))
+        throw std::runtime_error(output + ": is read as well (" + input + "): write to another file");
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!outputs[k].empty() && same_file(output, outputs[k]))
+        throw std::runtime_error(output + ": shall be written twice: name two files");
+    }
+    std::error_code error;
+    if (!force && std::filesystem::is_regular_file(output, error))
+      throw std::runtime_error(output + ": exists already; --force writes over it");
+  }
+}
+
+bool OutputFiles::overwrite(const std::string& output) const { return force || is_device(output); }
 
 void DdsOptions::add_to(CLI::App& command) {
   command.add_option("--domain", domain, "DDS domain, 0 to 232 (default: the configuration's)");

@@ -24,8 +24,9 @@ void add_diff(CLI::App& app, Run& run);
 
 /// Exit codes, as in the README.
 inline constexpr int exit_ok = 0;
-inline constexpr int exit_failed = 1;  ///< the work could not be done, or a comparison failed
-inline constexpr int exit_usage = 2;   ///< command line or configuration
+inline constexpr int exit_failed = 1;   ///< the work could not be done, or a comparison failed
+inline constexpr int exit_usage = 2;    ///< command line or configuration
+inline constexpr int exit_cut_off = 3;  ///< done, but an archive read ends before its end: a crash or a full disk
 
 /// The options of a command that talks DDS, over a configuration.
 struct DdsOptions {
@@ -40,6 +41,20 @@ struct DdsOptions {
   [[nodiscard]] config::Overrides overrides() const;
   /// Throws ConfigError.
   [[nodiscard]] config::ServiceConfig load() const { return config::load(config, overrides()); }
+};
+
+/// The files a command writes: a recording is never lost to a slip of the keyboard.
+struct OutputFiles {
+  bool force = false;
+
+  /// Adds --force.
+  void add_to(CLI::App& command);
+  /// Before anything is opened for writing. Throws std::runtime_error where an output is one of the inputs or another
+  /// output (--force or not), and where it exists already as a regular file without --force. Empty names are none.
+  void check(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) const;
+  /// Whether a writer of this output, checked before, may take what is there: asked for, or a device or pipe. A file
+  /// that came to be since is still not written over.
+  [[nodiscard]] bool overwrite(const std::string& output) const;
 };
 
 [[nodiscard]] dds::ParticipantOptions participant_options(const config::ServiceConfig& config, const Name& node);

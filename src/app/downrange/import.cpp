@@ -12,7 +12,15 @@ struct Options {
   std::string mapping;
   std::string out;
   std::string folder;
+  OutputFiles files;
 };
+
+/// What the import reads: the mapping and the files it names.
+std::vector<std::string> inputs_of(const std::string& mapping, const archive::ImportOptions& options) {
+  std::vector<std::string> inputs{mapping};
+  for (const auto& file : archive::load_mapping(mapping, options.folder).files) inputs.push_back(file.path.string());
+  return inputs;
+}
 
 void print(const char* what, const archive::Defects& defects) {
   if (defects.count == 0) return;
@@ -31,7 +39,8 @@ int import(const Options& o) {
   archive::ImportOptions options;
   if (!o.folder.empty()) options.folder = o.folder;
   options.progress = [&](double fraction) { progress.show(fraction); };
-  options.writer.overwrite = true;
+  o.files.check({o.out}, inputs_of(o.mapping, options));
+  options.writer.overwrite = o.files.overwrite(o.out);
   const archive::ImportReport report = archive::import_csv(o.mapping, o.out, options);
   progress.done();
   for (const auto& file : report.files) {
@@ -61,6 +70,7 @@ void add_import(CLI::App& app, Run& run) {
       ->required();
   command->add_option("--out", o->out, "Archive to write (.mcap)")->required();
   command->add_option("--folder", o->folder, "Folder of the CSV files (default: the mapping's)");
+  o->files.add_to(*command);
   command->footer(
       "Rows that cannot be read are left out and listed. Rows that can are passed on as they are, defects of\n"
       "their clocks included: the service's ingest judges them when the archive is replayed.");

@@ -12,7 +12,11 @@ int main(int argc, char** argv) {
       "judge them. The service itself is downranged.");
   app.require_subcommand(1);
   app.set_version_flag("--version", DOWNRANGE_VERSION);
-  app.footer("Start here:  downrange check config/naro.toml    Every command: downrange COMMAND --help");
+  app.footer(
+      "Exit code 0: done, 1: could not be done or a comparison failed, 2: command line or configuration, 3: done, but "
+      "an\n"
+      "archive read is cut off: what came before counted.\n"
+      "Start here:  downrange check config/naro.toml    Every command: downrange COMMAND --help");
   Run run;
   add_check(app, run);
   add_simulate(app, run);

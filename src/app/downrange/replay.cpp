@@ -19,6 +19,7 @@ struct Options {
   std::string rate = "max";
   bool over_dds = false;
   std::string nodes;
+  OutputFiles files;
 };
 
 /// The given configuration, or the one the archive carries.
@@ -36,10 +37,12 @@ config::ServiceConfig configuration(const Options& o) {
   return config::load_text(*attached, o.archive + ":config.toml", overrides);
 }
 
-void warn_of_end(const archive::EventSource& source, const std::string& path) {
-  if (source.truncated())
-    std::cerr << "note: " << path << " is cut off at byte " << source.truncated()->offset << " ("
-              << source.truncated()->what << "); replayed up to there\n";
+/// Says where the archive ends if it is cut off. The exit code.
+int judge_end(const archive::EventSource& source, const std::string& path) {
+  if (!source.truncated()) return exit_ok;
+  std::cerr << "downrange: " << path << " is cut off at byte " << source.truncated()->offset << " ("
+            << source.truncated()->what << "); replayed up to there\n";
+  return exit_cut_off;
 }
 
 struct Counter final : ResultSink {
@@ -54,7 +57,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
   Counter counter;
   std::vector<ResultSink*> sinks{&counter};
   if (!o.out.empty()) {
-    writer.emplace(o.out, archive::WriterOptions{.overwrite = true});
+    writer.emplace(o.out, archive::WriterOptions{.overwrite = o.files.overwrite(o.out)});
     writer->attach("config.toml", "application/toml", config.text);
     sinks.push_back(&to_archive.emplace(*writer));
   }
@@ -81,7 +84,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   progress.show(1);
   progress.done();
-  warn_of_end(source, o.archive);
+  const int end = judge_end(source, o.archive);
   const double flight_s = first ? (last - *first).seconds() : 0;
   std::printf("%s: %llu events over %.1f s replayed in %.2f s (%.0f times real time)\n", o.archive.c_str(),
               static_cast<unsigned long long>(events), flight_s, took, took > 0 ? flight_s / took : 0.0);
@@ -89,7 +92,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
       "observations", "bias records", "trajectory records", "slaving commands", "health records"};
   for (std::size_t i = 0; i < names.size(); ++i)
     std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
-  return code;
+  return code == exit_ok ? end : code;
 }
 
 int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
@@ -107,8 +110,8 @@ int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
   drive_over_dds(
       config, "downrange-replay", {.nodes = nodes, .rate = parse_rate(o.rate)}, [&] { return again.next(); },
       [&](Time) { progress.show(again.progress()); }, source.last_tick());
-  warn_of_end(again, o.archive);
-  return exit_ok;
+  progress.done();
+  return judge_end(again, o.archive);
 }
 
 }  // namespace
@@ -124,10 +127,14 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_flag("--dds", o->over_dds, "Publish the recorded messages to running nodes, on the range clock");
   command->add_option("--nodes", o->nodes,
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
+  o->files.add_to(*command);
   o->dds.add_to(*command);
-  command->footer("In-process replay of a recorded flight gives the recorded bits again: compare with downrange diff.");
+  command->footer(
+      "In-process replay of a recorded flight gives the recorded bits again: compare with downrange diff.\n"
+      "Exit code 3: the archive is cut off, and replayed up to its last complete record.");
   command->callback([o, &run] {
     run = [o] {
+      o->files.check({o->out}, {o->archive, o->dds.config});
       const auto config = configuration(*o);
       return o->over_dds ? replay_over_dds(*o, config) : replay_here(*o, config);
     };

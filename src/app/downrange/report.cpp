@@ -21,11 +21,22 @@ struct Options {
   std::string config;
   std::string scenario;
   std::string json;
+  OutputFiles files;
 };
+
+/// Says so if the archive is cut off.
+bool judge_end(const archive::Reader& reader, const std::string& path) {
+  const auto& cut = reader.truncated();
+  if (cut)
+    std::cerr << "downrange: " << path << " is cut off at byte " << cut->offset << " (" << cut->what
+              << "); the report is of what is there\n";
+  return cut.has_value();
+}
 
 /// The truth of one flight, as a table.
 struct FlightTruth {
   Name target;  ///< the first that the archive has truth of
+  bool cut_off = false;
   sim::TruthTable table;
 };
 
@@ -40,8 +51,9 @@ FlightTruth read_truth(const std::string& path) {
     if (truth->target == target)
       samples.push_back({.time = truth->epoch, .state = {.position = truth->position, .velocity = truth->velocity}});
   }
+  const bool cut_off = judge_end(reader, path);
   if (samples.size() < 2) throw std::runtime_error(path + " holds no true trajectory: name one with --truth");
-  return {.target = target, .table = sim::TruthTable(std::move(samples))};
+  return {.target = target, .cut_off = cut_off, .table = sim::TruthTable(std::move(samples))};
 }
 
 /// Plots that no noise explains: further than this many sigma from the median of their 10 s. A slow bias is no outlier.
@@ -119,6 +131,7 @@ void print_service_status(const std::string& received) {
 }
 
 int report(const Options& o) {
+  o.files.check({o.json}, {o.flight, o.truth, o.received, o.config, o.scenario});
   config::ServiceConfig config;
   if (!o.config.empty()) {
     config = config::load(o.config);
@@ -132,6 +145,7 @@ int report(const Options& o) {
 
   Marks marks;
   bool has_results = false;
+  bool cut_off = known.cut_off;
   {
     archive::Reader reader(o.flight);
     while (const auto entry = reader.next()) {
@@ -145,7 +159,7 @@ int report(const Options& o) {
       }
       has_results = has_results || std::holds_alternative<Trajectory>(entry->record);
     }
-    if (reader.truncated()) std::cerr << "note: " << o.flight << " is cut off; the report is of what is there\n";
+    if (!o.truth.empty()) cut_off = judge_end(reader, o.flight) || cut_off;
   }
   if (!marks.first) throw std::runtime_error(o.flight + " holds no radar plots");
   if (!has_results)
@@ -181,6 +195,7 @@ int report(const Options& o) {
     while (const auto entry = reader.next()) {
       if (const auto* c = std::get_if<SlavingCommand>(&entry->record)) flown.emit(Result(*c));
     }
+    cut_off = judge_end(reader, o.received) || cut_off;
   }
   for (std::size_t i = 0; i < config.range.radars.size(); ++i) {
     const Name& radar = config.range.radars[i].id;
@@ -199,7 +214,7 @@ int report(const Options& o) {
     out << sim::format_json(summary) << '\n';
     if (!out.flush()) throw std::runtime_error(o.json + ": cannot be written");
   }
-  return exit_ok;
+  return cut_off ? exit_cut_off : exit_ok;
 }
 
 }  // namespace
@@ -216,9 +231,11 @@ void add_report(CLI::App& app, Run& run) {
   command->add_option("--scenario", o->scenario,
                       "Scenario whose phases the flight is judged by (default: the flight as a whole)");
   command->add_option("--json", o->json, "Write the numbers to this file as well");
+  o->files.add_to(*command);
   command->footer(
       "Beside the fused track: the fusion without bias correction (where it ran) and every radar alone, replayed here\n"
-      "from the same messages. Plots further than 10 sigma from the median of their 10 s are outliers and not scored.");
+      "from the same messages. Plots further than 10 sigma from the median of their 10 s are outliers and not scored.\n"
+      "Exit code 3: an archive read is cut off, and the report is of what is there.");
   command->callback([o, &run] { run = [o] { return report(*o); }; });
 }
 

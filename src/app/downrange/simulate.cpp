@@ -19,6 +19,7 @@ struct Options {
   std::string rate = "1";
   std::string archive;
   std::string truth;
+  OutputFiles files;
 };
 
 std::string mission_time(Time t, Time liftoff) {
@@ -27,8 +28,8 @@ std::string mission_time(Time t, Time liftoff) {
   return text;
 }
 
-int write_truth(const sim::Simulation& flight, const sim::Scenario& scenario, const std::string& path) {
-  archive::Writer writer(path, {.overwrite = true});
+int write_truth(const sim::Simulation& flight, const sim::Scenario& scenario, const std::string& path, bool overwrite) {
+  archive::Writer writer(path, {.overwrite = overwrite});
   const Duration step = milliseconds(50);
   for (Time t = scenario.liftoff + seconds(scenario.start_s); t <= scenario.liftoff + seconds(scenario.end_s);
        t = t + step) {
@@ -39,8 +40,9 @@ int write_truth(const sim::Simulation& flight, const sim::Scenario& scenario, co
   return close_archive(writer, path);
 }
 
-int write_archive(const sim::Simulation& flight, const config::ServiceConfig& config, const std::string& path) {
-  archive::Writer writer(path, {.overwrite = true});
+int write_archive(const sim::Simulation& flight, const config::ServiceConfig& config, const std::string& path,
+                  bool overwrite) {
+  archive::Writer writer(path, {.overwrite = overwrite});
   writer.attach("config.toml", "application/toml", config.text);
   for (const Event& event : flight.events()) writer.write(event);
   return close_archive(writer, path);
@@ -48,6 +50,7 @@ int write_archive(const sim::Simulation& flight, const config::ServiceConfig& co
 
 int simulate(const Options& o) {
   const double rate = parse_rate(o.rate);
+  o.files.check({o.archive, o.truth}, {o.dds.config, o.scenario});
   const config::ServiceConfig config = o.dds.load();
   const sim::Scenario scenario = sim::load_scenario(o.scenario, config.range);
   if (scenario.simulated != config.range.ingest.expect_simulated)
@@ -57,8 +60,10 @@ int simulate(const Options& o) {
   std::cerr << "scenario " << scenario.name.view() << ": " << flight.events().size() << " messages of "
             << scenario.radars.size() << " radars and " << scenario.stations.size() << " telemetry stations\n";
 
-  if (!o.truth.empty() && write_truth(flight, scenario, o.truth) != exit_ok) return exit_failed;
-  if (!o.archive.empty() && write_archive(flight, config, o.archive) != exit_ok) return exit_failed;
+  if (!o.truth.empty() && write_truth(flight, scenario, o.truth, o.files.overwrite(o.truth)) != exit_ok)
+    return exit_failed;
+  if (!o.archive.empty() && write_archive(flight, config, o.archive, o.files.overwrite(o.archive)) != exit_ok)
+    return exit_failed;
   if (!o.over_dds) return exit_ok;
 
   std::vector<Name> nodes = parse_names(o.nodes);
@@ -92,6 +97,7 @@ void add_simulate(CLI::App& app, Run& run) {
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
   command->add_option("--archive", o->archive, "Write the messages to this archive (.mcap)");
   command->add_option("--truth", o->truth, "Write the true trajectory to this archive (.mcap), for report");
+  o->files.add_to(*command);
   o->dds.add_to(*command);
   command->callback([o, &run] {
     run = [o] {

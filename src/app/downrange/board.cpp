@@ -1,0 +1,190 @@
+#include "board.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <numbers>
+
+namespace downrange::app {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+constexpr double silent_after_s = 3;  ///< a node tells its status every second
+constexpr double track_old_after_s = 2;
+constexpr double health_old_after_s = 3;  ///< likewise every second
+
+std::string utc(Time t) {
+  const std::time_t whole = static_cast<std::time_t>(t.ns / 1'000'000'000);
+  std::tm parts{};
+  gmtime_r(&whole, &parts);
+  char text[32];
+  std::snprintf(text, sizeof text, "%02d:%02d:%02d.%03d", parts.tm_hour, parts.tm_min, parts.tm_sec,
+                static_cast<int>(t.ns % 1'000'000'000 / 1'000'000));
+  return text;
+}
+
+const char* name_of(SlavingSource source) {
+  static constexpr std::array<const char*, 5> names{"fused", "coasting", "single", "gps", "nominal"};
+  return names.at(static_cast<std::size_t>(source));
+}
+
+std::string limits_of(std::uint8_t limits) {
+  std::string text;
+  if (limits & LimitElevation) text += " elevation-held";
+  if (limits & LimitAzimuth) text += " azimuth-held";
+  if (limits & LimitRate) text += " too-fast";
+  if (limits & LimitUnwrapped) text += " went-around";
+  return text;
+}
+
+double sigma_of(const Trajectory& t) {
+  // Diagonal entries of the packed upper triangle: row i starts after the rows above it.
+  const int n = t.state_size;
+  const double variance =
+      t.covariance[0] + t.covariance[static_cast<std::size_t>(n)] + t.covariance[static_cast<std::size_t>(2 * n - 1)];
+  return std::sqrt(variance);
+}
+
+/// "  old 4 s" where `epoch` is more than `limit_s` behind.
+std::string old(Time epoch, Time time, double limit_s) {
+  const double age_s = (time - epoch).seconds();
+  if (!(age_s > limit_s)) return {};
+  char text[40];
+  std::snprintf(text, sizeof text, "  old %.0f s", age_s);
+  return text;
+}
+
+}  // namespace
+
+void Board::came(Time range_time, Clock::time_point now) {
+  newest_ = now;
+  newest_range_time_ = std::max(newest_range_time_, range_time);
+}
+
+void Board::take(const Result& result, Clock::time_point now) {
+  const std::scoped_lock lock(mutex_);
+  if (const auto* t = std::get_if<Trajectory>(&result)) {
+    tracks_[{t->target, t->method}] = *t;
+    came(t->epoch, now);
+  } else if (const auto* c = std::get_if<SlavingCommand>(&result)) {
+    ++commands_;
+    commands_by_antenna_[c->antenna] = *c;
+    came(c->tick, now);
+  } else {
+    newest_ = now;
+  }
+}
+
+void Board::take(const SourceHealth& health, const Name& node, Clock::time_point now) {
+  const std::scoped_lock lock(mutex_);
+  health_[{health.sensor, node}] = health;
+  came(health.time, now);
+}
+
+void Board::take(const dds::ServiceStatus& status, Clock::time_point now) {
+  const std::scoped_lock lock(mutex_);
+  nodes_[status.node] = {status, now};
+  newest_range_time_ = std::max(newest_range_time_, status.last_tick);
+}
+
+bool Board::idle_for(double seconds, Clock::time_point now) const {
+  const std::scoped_lock lock(mutex_);
+  return std::chrono::duration<double>(now - newest_).count() > seconds;
+}
+
+std::uint64_t Board::commands() const {
+  const std::scoped_lock lock(mutex_);
+  return commands_;
+}
+
+std::string Board::lines(Clock::time_point now, Time utc_now) const {
+  const std::scoped_lock lock(mutex_);
+  const Time time = clock_ == dds::ClockMode::Wall ? utc_now : newest_range_time_;
+  std::string text;
+  char line[200];
+  for (const auto& [key, t] : tracks_) {
+    std::snprintf(
+        line, sizeof line, "%-10s %-12s %s  %8.4f %9.4f  %8.2f km  %7.1f m/s  1-sigma %6.1f m  NIS %5.2f%s%s\n",
+        t.target.c_str(), t.method.c_str(), utc(t.epoch).c_str(), t.geodetic.latitude_rad / deg,
+        t.geodetic.longitude_rad / deg, t.geodetic.height_m / 1000, t.speed_m_s, sigma_of(t), t.nis,
+        t.quality == TrackQuality::Coasting ? "  coasting" : "", old(t.epoch, time, track_old_after_s).c_str());
+    text += line;
+  }
+  for (const auto& [antenna, c] : commands_by_antenna_) {
+    std::snprintf(line, sizeof line,
+                  "%-16s for %s  az %8.3f  el %7.3f deg  range %8.2f km  1-sigma %6.1f mdeg  %-8s age %.2f s%s%s\n",
+                  antenna.c_str(), utc(c.apply_at).c_str(), c.azimuth_rad / deg, c.elevation_rad / deg,
+                  c.range_m / 1000, c.sigma_elevation_rad / deg * 1e3, name_of(c.source), c.age_s,
+                  limits_of(c.limits).c_str(), c.valid_until < time ? "  EXPIRED" : "");
+    text += line;
+  }
+  text += health_lines(time) + node_lines(now);
+  return text.empty() ? "nothing received yet\n" : text;
+}
+
+std::string Board::health_lines(Time time) const {
+  std::string text;
+  char line[200];
+  const bool several = std::any_of(health_.begin(), health_.end(), [&](const auto& entry) {
+    return entry.first.second != health_.begin()->first.second;
+  });
+  for (const auto& [key, h] : health_) {
+    const auto& [sensor, node] = key;
+    std::uint64_t rejected = 0;
+    for (std::size_t i = 1; i < reason_count; ++i) rejected += h.count[i];
+    std::snprintf(line, sizeof line,
+                  "%-16s %5.0f /s  latency %.3f s  accepted %8llu  rejected %6llu  NIS/dof %5.2f  %s%s%s%s\n",
+                  sensor.c_str(), h.rate_hz, h.latency_s, static_cast<unsigned long long>(h.count[0]),
+                  static_cast<unsigned long long>(rejected), h.nis, h.qualified ? "qualified" : "NOT qualified",
+                  several ? "  at " : "", several ? node.c_str() : "", old(h.time, time, health_old_after_s).c_str());
+    text += line;
+  }
+  return text;
+}
+
+std::string Board::node_lines(Clock::time_point now) const {
+  std::string text;
+  char line[250];
+  for (const auto& [node, heard] : nodes_) {
+    const auto& s = heard.status;
+    const double age_s = std::chrono::duration<double>(now - heard.at).count();
+    char silent[40];
+    std::snprintf(silent, sizeof silent, "SILENT %.0f s", age_s);
+    std::snprintf(line, sizeof line, "node %-12s %s  queue %u  in %llu  out %llu  99 %% within %.0f us  archive %s\n",
+                  node.c_str(), age_s > silent_after_s ? silent : s.state.c_str(), s.queue_depth,
+                  static_cast<unsigned long long>(s.consumed), static_cast<unsigned long long>(s.emitted),
+                  s.latency_us[2], s.archive_state.c_str());
+    text += line;
+  }
+  return text;
+}
+
+std::map<std::string, std::string> Board::status_metadata() const {
+  const std::scoped_lock lock(mutex_);
+  std::map<std::string, std::string> m;
+  const dds::ServiceStatus* busiest = nullptr;
+  for (const auto& [node, heard] : nodes_) {
+    if (busiest == nullptr || heard.status.emitted > busiest->emitted) busiest = &heard.status;
+  }
+  if (busiest == nullptr) return m;
+  const auto whole = [](double us) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.0f", us);
+    return std::string(text);
+  };
+  m["node"] = busiest->node.view();
+  m["version"] = busiest->version;
+  m["latency_p50_us"] = whole(busiest->latency_us[0]);
+  m["latency_p95_us"] = whole(busiest->latency_us[1]);
+  m["latency_p99_us"] = whole(busiest->latency_us[2]);
+  m["latency_max_us"] = whole(busiest->latency_us[3]);
+  m["consumed"] = std::to_string(busiest->consumed);
+  m["emitted"] = std::to_string(busiest->emitted);
+  m["dropped"] = std::to_string(busiest->dropped);
+  m["write_failures"] = std::to_string(busiest->write_failures);
+  return m;
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,60 @@
+#pragma once
+/// What `watch` shows: the newest of everything, and how old it is.
+
+#include <chrono>
+#include <cstdint>
+#include <downrange/stage/result.hpp>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "dds/service_status.hpp"
+
+namespace downrange::app {
+
+/// Filled by the middleware's threads, read by the screen.
+class Board {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// On the wall clock ages count against UTC; on the range clock against the newest range time that was received.
+  explicit Board(dds::ClockMode clock) : clock_(clock) {}
+
+  void take(const Result& result, Clock::time_point now);
+  void take(const SourceHealth& health, const Name& node, Clock::time_point now);
+  void take(const dds::ServiceStatus& status, Clock::time_point now);
+
+  /// Whether no result has come for this long: since the board was made where none came at all.
+  [[nodiscard]] bool idle_for(double seconds, Clock::time_point now) const;
+  [[nodiscard]] std::uint64_t commands() const;
+
+  /// One line per track, antenna, source and node. A node not heard for 3 s is SILENT, a command past `valid_until` is
+  /// EXPIRED, a track over 2 s and a source's account over 3 s behind is old.
+  [[nodiscard]] std::string lines(Clock::time_point now, Time utc) const;
+  /// The newest status of the busiest node, for the archive.
+  [[nodiscard]] std::map<std::string, std::string> status_metadata() const;
+
+ private:
+  struct Heard {
+    dds::ServiceStatus status;
+    Clock::time_point at;
+  };
+  using HealthKey = std::pair<Name, Name>;  ///< sensor, node
+
+  [[nodiscard]] std::string health_lines(Time time) const;
+  [[nodiscard]] std::string node_lines(Clock::time_point now) const;
+  void came(Time range_time, Clock::time_point now);
+
+  const dds::ClockMode clock_;
+  mutable std::mutex mutex_;
+  std::map<std::pair<Name, Name>, Trajectory> tracks_;
+  std::map<Name, SlavingCommand> commands_by_antenna_;
+  std::map<HealthKey, SourceHealth> health_;
+  std::map<Name, Heard> nodes_;
+  std::uint64_t commands_ = 0;
+  Time newest_range_time_{};
+  Clock::time_point newest_ = Clock::now();
+};
+
+}  // namespace downrange::app

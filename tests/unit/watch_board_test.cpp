@@ -1,0 +1,102 @@
+// What watch shows of a service that died: nothing of it may look alive.
+
+#include <gtest/gtest.h>
+
+#include "app/downrange/board.hpp"
+
+namespace downrange::app {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Time utc{1'800'000'000'000'000'000};
+const Board::Clock::time_point start = Board::Clock::now();
+
+bool shows(const std::string& lines, const std::string& text) { return lines.find(text) != std::string::npos; }
+
+dds::ServiceStatus status(const Name& node, Time last_tick = {}) {
+  dds::ServiceStatus s;
+  s.node = node;
+  s.state = "running";
+  s.last_tick = last_tick;
+  return s;
+}
+
+SlavingCommand command(Time tick) {
+  SlavingCommand c;
+  c.antenna = "dish";
+  c.tick = tick;
+  c.apply_at = tick;
+  c.valid_until = tick + seconds(0.5);
+  return c;
+}
+
+Trajectory track(Time epoch) {
+  Trajectory t;
+  t.target = "rocket";
+  t.epoch = epoch;
+  return t;
+}
+
+SourceHealth health(const Name& sensor, Time time, std::uint64_t accepted) {
+  SourceHealth h;
+  h.sensor = sensor;
+  h.time = time;
+  h.count[0] = accepted;
+  return h;
+}
+
+TEST(WatchBoard, ASilentNodeIsNotRunning) {
+  Board board(dds::ClockMode::Wall);
+  board.take(status("dead"), start);
+  board.take(status("alive"), start + milliseconds(4000));
+  EXPECT_FALSE(shows(board.lines(start + milliseconds(2900), utc), "SILENT"));
+  const std::string lines = board.lines(start + milliseconds(5000), utc);
+  EXPECT_TRUE(shows(lines, "node dead         SILENT 5 s")) << lines;
+  EXPECT_TRUE(shows(lines, "node alive        running")) << lines;
+}
+
+TEST(WatchBoard, OnTheWallClockUtcTellsTheAge) {
+  Board board(dds::ClockMode::Wall);
+  board.take(Result(command(utc)), start);
+  board.take(Result(track(utc)), start);
+  board.take(health("radar", utc, 1), "node", start);
+  const std::string fresh = board.lines(start, utc + seconds(0.5));
+  EXPECT_FALSE(shows(fresh, "EXPIRED") || shows(fresh, "old")) << fresh;
+  const std::string expired = board.lines(start, utc + seconds(0.6));
+  EXPECT_TRUE(shows(expired, "EXPIRED") && !shows(expired, "old")) << expired;
+  const std::string later = board.lines(start, utc + seconds(7));
+  EXPECT_TRUE(shows(later, "NIS  0.00  old 7 s")) << later;
+  EXPECT_TRUE(shows(later, "NOT qualified  old 7 s")) << later;
+}
+
+TEST(WatchBoard, OnTheRangeClockTheNewestRangeTimeDoes) {
+  Board board(dds::ClockMode::Range);
+  board.take(Result(command(utc)), start);
+  board.take(Result(track(utc)), start);
+  const Time years_later = utc + seconds(1e8);
+  const std::string paused = board.lines(start + milliseconds(60'000), years_later);
+  EXPECT_FALSE(shows(paused, "EXPIRED") || shows(paused, "old")) << paused;
+  board.take(status("node", utc + seconds(4)), start);
+  const std::string later = board.lines(start, years_later);
+  EXPECT_TRUE(shows(later, "EXPIRED") && shows(later, "old 4 s")) << later;
+}
+
+TEST(WatchBoard, NothingAtAllIsIdleToo) {
+  const Board board(dds::ClockMode::Wall);
+  EXPECT_FALSE(board.idle_for(10, Board::Clock::now()));
+  EXPECT_TRUE(board.idle_for(10, Board::Clock::now() + milliseconds(10'100)));
+}
+
+TEST(WatchBoard, EachNodeHasItsOwnAccountOfASource) {
+  Board board(dds::ClockMode::Wall);
+  board.take(health("radar", utc, 11), "site-a", start);
+  EXPECT_FALSE(shows(board.lines(start, utc), "site-a")) << "one node needs no name";
+  board.take(health("radar", utc, 22), "site-b", start);
+  const std::string lines = board.lines(start, utc);
+  EXPECT_TRUE(shows(lines, "      11") && shows(lines, "at site-a")) << lines;
+  EXPECT_TRUE(shows(lines, "      22") && shows(lines, "at site-b")) << lines;
+}
+
+}  // namespace
+}  // namespace downrange::app
