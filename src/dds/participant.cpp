@@ -26,6 +26,8 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr int last_domain = 232;  ///< the ports of later domains would exceed 65535
 constexpr const char* participant_profile = "downrange";
+/// How long a writer that goes away waits for its readers to have its last samples.
+const eprosima::fastrtps::Duration_t last_words{0, 300'000'000};
 
 [[nodiscard]] bool ok(const ReturnCode_t& code) { return code == ReturnCode_t::RETCODE_OK; }
 
@@ -149,7 +151,14 @@ fdds::DataReader* Participant::Impl::create_reader(const char* topic_name, const
   return reader;
 }
 
-void Participant::Impl::delete_writer(fdds::DataWriter* writer) { entities_.publisher->delete_datawriter(writer); }
+void Participant::Impl::delete_writer(fdds::DataWriter* writer) {
+  writer->wait_for_acknowledgments(last_words);
+  // Fast DDS 2.9.1 frees the history of a writer that it deletes without the lock that its heartbeats hold: a heartbeat
+  // in that moment walks freed samples for ever. Without history there is nothing to walk.
+  std::size_t cleared = 0;
+  writer->clear_history(&cleared);
+  entities_.publisher->delete_datawriter(writer);
+}
 void Participant::Impl::delete_reader(fdds::DataReader* reader) { entities_.subscriber->delete_datareader(reader); }
 
 Participant::Participant(const ParticipantOptions& options) : impl_(std::make_unique<Impl>(options)) {}

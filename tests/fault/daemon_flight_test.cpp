@@ -263,6 +263,22 @@ TEST(DaemonFlight, RangeClockFlightsEachHaveTheirArchiveWithTheSameBits) {
   EXPECT_EQ(daemon.wait(), 0) << daemon.log();
 }
 
+TEST(DaemonFlight, RunWhoseArchiveCannotBeOpenedIsFlownWithoutOne) {
+  const Folder folder;
+  const std::filesystem::path archives = folder.path() / "archives";
+  Site site(157, dds::ClockMode::Range);
+  std::vector<std::string> words = arguments(157, archives / "flight.mcap");
+  words.insert(words.end(), {"--clock", "range", "--node", "centre"});
+  Daemon daemon(folder.path(), words);
+  fly(site.participant(), {"centre"});
+  std::filesystem::remove_all(archives);
+  fly(site.participant(), {"centre"});
+  EXPECT_TRUE(daemon.logs("archive cannot be opened, tracking goes on without it")) << daemon.log();
+  EXPECT_TRUE(eventually([&] { return site.status().consumed == 2 * flight_events; })) << daemon.log();
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.log();
+}
+
 TEST(DaemonFlight, SplitOverProcessesGivesTheBitsOfOneProcess) {
   const Folder folder;
   const auto file = [&](const std::string& name) { return folder.path() / (name + ".mcap"); };

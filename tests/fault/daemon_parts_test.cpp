@@ -2,11 +2,19 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
+#include <filesystem>
+#include <mutex>
 
 #include "app/downranged/event_queue.hpp"
 #include "app/downranged/latency.hpp"
 #include "app/downranged/notify.hpp"
+#include "app/downranged/service.hpp"
+#include "app/downranged/utc_watch.hpp"
+#include "config/load.hpp"
+#include "dds/inputs.hpp"
+#include "dds/outputs.hpp"
 
 #define DOWNRANGED ""
 #include "daemon_process.hpp"
@@ -31,9 +39,9 @@ std::string drain(EventQueue& queue) {
 
 TEST(Queue, KeepsTheOrderOfArrivalAcrossSources) {
   EventQueue queue({"a", "b"}, 16);
-  for (const auto& event : {plot("b", 1), plot("a", 1), plot("x", 1), plot("b", 2), plot("a", 2)}) queue.push(event);
-  EXPECT_EQ(queue.depth(), 5u);
-  EXPECT_EQ(drain(queue), "b1 a1 x1 b2 a2 ");
+  for (const auto& event : {plot("b", 1), plot("a", 1), plot("b", 2), plot("a", 2)}) queue.push(event);
+  EXPECT_EQ(queue.depth(), 4u);
+  EXPECT_EQ(drain(queue), "b1 a1 b2 a2 ");
   EXPECT_EQ(queue.depth(), 0u);
 }
 
@@ -41,16 +49,30 @@ TEST(Queue, AFloodPushesOutItsOwnOldestOnly) {
   EventQueue queue({"a", "b"}, 16);
   queue.push(plot("b", 1));
   for (std::uint64_t n = 1; n <= 20; ++n) queue.push(plot("a", n));
-  EXPECT_EQ(queue.dropped(), 4u);
+  EXPECT_EQ(queue.losses().dropped, 4u);
+  EXPECT_EQ(queue.losses().worst, "a");
+  EXPECT_EQ(queue.losses().worst_dropped, 4u);
   EXPECT_EQ(queue.depth(), 17u);
   EXPECT_TRUE(drain(queue).starts_with("b1 a5 a6 "));
 }
 
-TEST(Queue, StrangersShareOneRing) {
+TEST(Queue, StrangersAreRefusedAndPushOutNoMissionEvent) {
   EventQueue queue({"a"}, 16);
+  queue.push(MissionEvent{});
   for (std::uint64_t n = 1; n <= 100; ++n) queue.push(plot(("stranger" + std::to_string(n)).c_str(), n));
-  EXPECT_EQ(queue.depth(), 16u);
-  EXPECT_EQ(queue.dropped(), 84u);
+  EXPECT_EQ(queue.depth(), 1u);
+  EXPECT_EQ(queue.losses().refused, 100u);
+  EXPECT_EQ(queue.losses().dropped, 0u);
+  EXPECT_TRUE(std::holds_alternative<MissionEvent>(queue.pop().value()));
+}
+
+TEST(Queue, NamesTheWorstRing) {
+  EventQueue queue({"a"}, 16);
+  for (std::uint64_t n = 1; n <= 17; ++n) queue.push(plot("a", n));
+  for (int n = 1; n <= 20; ++n) queue.push(MissionEvent{});
+  EXPECT_EQ(queue.losses().dropped, 5u);
+  EXPECT_EQ(queue.losses().worst, "mission");
+  EXPECT_EQ(queue.losses().worst_dropped, 4u);
 }
 
 TEST(Queue, CloseEndsAWait) {
@@ -58,6 +80,66 @@ TEST(Queue, CloseEndsAWait) {
   std::thread waiter([&] { queue.wait(std::chrono::hours(1)); });
   queue.close();
   waiter.join();
+}
+
+TEST(UtcWatchTest, TellsStepsFromTimeThatPassed) {
+  UtcWatch watch;
+  const UtcWatch::Steady steady{};
+  const Time utc{1'800'000'000'000'000'000};
+  using std::chrono::seconds;
+  EXPECT_FALSE(watch.look(utc, steady));
+  EXPECT_FALSE(watch.look(utc + downrange::seconds(100), steady + seconds(100)));
+  EXPECT_FALSE(watch.look(utc + milliseconds(100'600), steady + std::chrono::milliseconds(100'200)));  // slewed
+  EXPECT_EQ(watch.look(utc + downrange::seconds(90), steady + seconds(101)), -milliseconds(11'400));
+  EXPECT_FALSE(watch.look(utc + downrange::seconds(91), steady + seconds(102)));
+  EXPECT_EQ(watch.look(utc + downrange::seconds(100), steady + seconds(103)), downrange::seconds(8));
+}
+
+// Domain 156.
+TEST(ServiceTest, UtcSteppedBackBeginsANewFlightThatTicksAtOnce) {
+  const test::Folder folder;
+  config::ServiceConfig config = config::load(test::naro);
+  config.dds.domain = 156;
+  config.archive.enabled = true;
+  config.archive.directory = (folder.path() / "flight.mcap").string();
+  std::atomic<std::int64_t> offset_ns = 0;
+  const auto utc = [&] { return utc_now() + Duration{offset_ns}; };
+
+  dds::Participant site({156, config.dds.profiles, "test-site", dds::ClockMode::Wall});
+  std::mutex mutex;
+  dds::ServiceStatus last;
+  dds::OutputSelection selection;
+  selection.bias = selection.trajectory = selection.slaving = selection.health = false;
+  const dds::OutputReaders readers(site, selection, {{}, [&](const dds::ServiceStatus& status) {
+                                                       const std::lock_guard lock(mutex);
+                                                       last = status;
+                                                     }});
+  const auto status = [&] {
+    const std::lock_guard lock(mutex);
+    return last;
+  };
+  dds::InputWriters writers(site);
+  const auto tracking = [&](const std::string& state) {
+    return test::eventually([&] {
+      RadarTspi tspi;
+      tspi.sensor = config.range.radars[0].id;
+      tspi.epoch = utc();
+      static_cast<void>(writers.write(tspi));
+      const dds::ServiceStatus s = status();
+      const Duration age = s.time - s.last_tick;
+      return s.state.starts_with(state) && s.consumed > 0 && s.last_tick <= s.time && age < seconds(60);
+    });
+  };
+
+  Service service(
+      config, [] {}, utc);
+  ASSERT_TRUE(tracking("running"));
+  offset_ns = -seconds(3600).ns;
+  EXPECT_TRUE(tracking("UTC back 3")) << status().state;
+  EXPECT_EQ(status().archive_state, "recording");
+  service.stop();
+  EXPECT_FALSE(service.failure());
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "flight-2.mcap"));
 }
 
 TEST(Latency, QuantilesAreUpperBoundsWithinTenPercent) {

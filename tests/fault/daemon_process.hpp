@@ -137,7 +137,10 @@ class Daemon {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  void signal(int number) const { kill(pid_, number); }
+  /// Nothing once it has ended: a process id of -1 would mean every process.
+  void signal(int number) const {
+    if (pid_ > 0) kill(pid_, number);
+  }
   [[nodiscard]] bool running() {
     poll();
     return pid_ > 0;

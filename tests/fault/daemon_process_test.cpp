@@ -110,10 +110,23 @@ TEST_F(DaemonProcess, ProfilesThatAreNoProfiles) {
 }
 
 TEST_F(DaemonProcess, DomainThatCannotBeOpened) {
-  // Too few file descriptors for the sockets of a participant.
-  Daemon daemon(folder_.path(), {"--config", naro, "--domain", "146"}, {{}, std::pair{RLIMIT_NOFILE, rlim_t{9}}});
-  EXPECT_EQ(daemon.wait(), 1) << daemon.log();
-  EXPECT_NE(daemon.log().find("downranged: "), std::string::npos) << daemon.log();
+  // Too few file descriptors for the sockets of a participant. How many are too few depends on the machine's
+  // interfaces.
+  int refused = 0;
+  for (rlim_t descriptors = 4; descriptors <= 9; ++descriptors) {
+    const std::filesystem::path folder = folder_.path() / std::to_string(descriptors);
+    std::filesystem::create_directory(folder);
+    Daemon daemon(folder, {"--config", naro, "--domain", "146"}, {{}, std::pair{RLIMIT_NOFILE, descriptors}});
+    // It ends by itself with a message, or it runs; then it ends in order.
+    ASSERT_TRUE(eventually([&] { return !daemon.running() || daemon.log().find(" info ") != std::string::npos; }));
+    if (daemon.running()) daemon.signal(SIGTERM);
+    const std::optional<int> code = daemon.wait();
+    ASSERT_TRUE(code.has_value()) << daemon.log();
+    if (*code == 0) continue;
+    ++refused;
+    EXPECT_NE(daemon.log().find("downranged: "), std::string::npos) << daemon.log();
+  }
+  EXPECT_GT(refused, 0);
 }
 
 TEST_F(DaemonProcess, ReloadTakesTheLogLevelAndNamesTheRest) {

@@ -14,21 +14,26 @@ Name source_of(const Event& event) {
   return std::visit(Source{}, event);
 }
 
-EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_source) : sources_(std::move(sources)) {
+EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_ring) : sources_(std::move(sources)) {
   rings_.resize(sources_.size() + 1);
-  for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_source));
+  for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_ring));
 }
 
 void EventQueue::push(const Event& event) {
   {
     const std::lock_guard lock(mutex_);
-    Ring& ring = ring_of(source_of(event));
+    Ring* const own = ring_of(event);
+    if (own == nullptr) {
+      ++refused_;
+      return;
+    }
+    Ring& ring = *own;
     const std::size_t capacity = ring.slots.size();
     if (ring.size == capacity) {
       ring.first = (ring.first + 1) % capacity;
       --ring.size;
       --depth_;
-      ++dropped_;
+      ++ring.dropped;
     }
     ring.slots[(ring.first + ring.size) % capacity] = {arrivals_++, event};
     ++ring.size;
@@ -66,14 +71,24 @@ std::size_t EventQueue::depth() const {
   return depth_;
 }
 
-std::uint64_t EventQueue::dropped() const {
+EventQueue::Losses EventQueue::losses() const {
   const std::lock_guard lock(mutex_);
-  return dropped_;
+  Losses losses;
+  losses.refused = refused_;
+  for (std::size_t i = 0; i < rings_.size(); ++i) {
+    const std::uint64_t dropped = rings_[i].dropped;
+    losses.dropped += dropped;
+    if (dropped <= losses.worst_dropped) continue;
+    losses.worst = i < sources_.size() ? std::string(sources_[i].view()) : "mission";
+    losses.worst_dropped = dropped;
+  }
+  return losses;
 }
 
-EventQueue::Ring& EventQueue::ring_of(const Name& source) {
-  const auto known = std::ranges::find(sources_, source);
-  return rings_[static_cast<std::size_t>(known - sources_.begin())];
+EventQueue::Ring* EventQueue::ring_of(const Event& event) {
+  if (std::holds_alternative<MissionEvent>(event)) return &rings_.back();
+  const auto known = std::ranges::find(sources_, source_of(event));
+  return known == sources_.end() ? nullptr : &rings_[static_cast<std::size_t>(known - sources_.begin())];
 }
 
 EventQueue::Ring* EventQueue::oldest_locked() {

@@ -1,6 +1,6 @@
 #pragma once
-/// Between the listeners and the engine on the wall clock: one ring per source, events leave in order of arrival, and a
-/// source that floods loses its own oldest events only.
+/// Between the listeners and the engine on the wall clock: one ring per source and one for the mission's events. Events
+/// leave in order of arrival; a source that floods loses its own oldest events only, a stranger's are refused.
 
 #include <chrono>
 #include <condition_variable>
@@ -8,6 +8,7 @@
 #include <downrange/stage/event.hpp>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace downrange::app {
@@ -17,8 +18,16 @@ namespace downrange::app {
 
 class EventQueue {
  public:
-  /// `sources` have a ring each; all others share one. All memory is taken here.
-  EventQueue(std::vector<Name> sources, int capacity_per_source);
+  /// What did not get through, so far.
+  struct Losses {
+    std::uint64_t dropped = 0;        ///< pushed out of a full ring
+    std::uint64_t refused = 0;        ///< of sources that are not configured
+    std::string worst;                ///< whose ring dropped most ("mission" for the mission's); empty: none did
+    std::uint64_t worst_dropped = 0;  ///< of that ring
+  };
+
+  /// All memory is taken here.
+  EventQueue(std::vector<Name> sources, int capacity_per_ring);
 
   /// From any thread; never waits for the engine.
   void push(const Event& event);
@@ -30,7 +39,7 @@ class EventQueue {
   void close();
 
   [[nodiscard]] std::size_t depth() const;
-  [[nodiscard]] std::uint64_t dropped() const;
+  [[nodiscard]] Losses losses() const;
 
  private:
   struct Arrival {
@@ -41,16 +50,18 @@ class EventQueue {
     std::vector<Arrival> slots;
     std::size_t first = 0;
     std::size_t size = 0;
+    std::uint64_t dropped = 0;
   };
-  [[nodiscard]] Ring& ring_of(const Name& source);
+  /// None: a stranger's.
+  [[nodiscard]] Ring* ring_of(const Event& event);
   [[nodiscard]] Ring* oldest_locked();
 
   std::vector<Name> sources_;
-  std::vector<Ring> rings_;  ///< as sources_, then the shared one
+  std::vector<Ring> rings_;  ///< as sources_, then the mission's
   mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::uint64_t arrivals_ = 0;
-  std::uint64_t dropped_ = 0;
+  std::uint64_t refused_ = 0;
   std::size_t depth_ = 0;
   bool closed_ = false;
 };

@@ -1,11 +1,11 @@
 #include "flight.hpp"
 
+#include <utility>
+
 namespace downrange::app {
 
-Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, Time start)
-    : outputs_(outputs),
-      recorder_(config.archive.enabled ? std::make_unique<Recorder>(config, start) : nullptr),
-      engine_(config.range, config.node.stages, *this) {}
+Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder)
+    : outputs_(outputs), recorder_(std::move(recorder)), engine_(config.range, config.node.stages, *this) {}
 
 Flight::~Flight() {
   if (recorder_) recorder_->finish(engine_.last_tick());

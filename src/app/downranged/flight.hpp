@@ -13,8 +13,8 @@ namespace downrange::app {
 
 class Flight final : private ResultSink {
  public:
-  /// `outputs` outlives the flight. Throws archive::ArchiveError when the archive cannot be opened.
-  Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, Time start);
+  /// `outputs` outlives the flight. Without a `recorder` the flight is not recorded.
+  Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder);
   /// Closes the archive.
   ~Flight() override;
   Flight(const Flight&) = delete;
@@ -27,13 +27,14 @@ class Flight final : private ResultSink {
   [[nodiscard]] std::uint64_t consumed() const { return consumed_; }
   [[nodiscard]] std::uint64_t emitted() const { return emitted_; }
   [[nodiscard]] Time last_tick() const { return engine_.last_tick(); }
-  [[nodiscard]] std::string archive_state() { return recorder_ ? recorder_->state() : "off"; }
+  /// None: the flight is not recorded.
+  [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
 
  private:
   void emit(const Result& result) override;
 
   dds::OutputWriters& outputs_;
-  std::unique_ptr<Recorder> recorder_;  ///< none: not recorded
+  std::unique_ptr<Recorder> recorder_;
   Engine engine_;
   std::uint64_t consumed_ = 0;
   std::uint64_t emitted_ = 0;

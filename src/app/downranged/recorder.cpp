@@ -33,7 +33,10 @@ std::filesystem::path free_path(const config::ServiceConfig& config, Time start)
     base /= std::string(config.range.name.view()) + '-' + std::string(config.node.id.view()) + '-' + utc_stamp(start);
   }
   std::filesystem::path path = base.string() + ".mcap";
-  for (int n = 2; std::filesystem::exists(path); ++n) path = base.string() + '-' + std::to_string(n) + ".mcap";
+  std::error_code unreadable;  // then the file cannot be made either, and the writer says why
+  for (int n = 2; std::filesystem::exists(path, unreadable); ++n) {
+    path = base.string() + '-' + std::to_string(n) + ".mcap";
+  }
   return path;
 }
 

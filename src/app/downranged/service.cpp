@@ -1,5 +1,6 @@
 #include "service.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <time.h>
 
@@ -16,12 +17,6 @@ constexpr auto assertion_interval = 10ms;
 constexpr auto status_interval = 1s;
 /// How long the range clock may be silent before this node looks at its own affairs.
 constexpr auto step_wait = 10ms;
-
-Time utc_now() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return {static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec};
-}
 
 dds::ParticipantOptions participant_options(const config::ServiceConfig& config) {
   const bool range_clock = config.clock.mode == config::ClockMode::Range;
@@ -56,6 +51,12 @@ const config::ServiceConfig& checked(const config::ServiceConfig& config) {
 
 }  // namespace
 
+Time utc_now() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return {static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec};
+}
+
 Service::MiddlewareLog::MiddlewareLog() {
   dds::set_log_sink([](const dds::LogLine& line) {
     spdlog::log(line.error ? spdlog::level::err : spdlog::level::warn, "dds: {}: {}", line.category, line.text);
@@ -63,16 +64,17 @@ Service::MiddlewareLog::MiddlewareLog() {
 }
 Service::MiddlewareLog::~MiddlewareLog() { dds::set_log_sink({}); }
 
-Service::Service(const config::ServiceConfig& config, std::function<void()> on_failure)
+Service::Service(const config::ServiceConfig& config, std::function<void()> on_failure, std::function<Time()> utc)
     : config_(checked(config)),
       on_failure_(std::move(on_failure)),
+      utc_(std::move(utc)),
       participant_(participant_options(config_)),
       outputs_(participant_, output_options(config_.node)),
       queue_(source_names(config_.range), config_.node.queue) {
   for (const std::string& note : participant_.notes()) spdlog::warn("dds: {}", note);
   const bool sensors = config_.node.stages.ingest;
   if (config_.clock.mode == config::ClockMode::Wall) {
-    flight_ = std::make_unique<Flight>(config_, outputs_, utc_now());
+    flight_ = std::make_unique<Flight>(config_, outputs_, open_recorder());
     state_ = "running";
     const auto enqueue = [this](const Event& event, const dds::RangeStamp&, const Name&) {
       if (takes(event)) queue_.push(event);
@@ -115,23 +117,38 @@ void Service::run() {
 // A timer only hands in ticks: what has arrived by `now` goes before the ticks up to `now`.
 void Service::follow_wall_clock() {
   while (!stop_) {
-    const Time now = utc_now();
+    const Time now = utc_();
+    if (const auto step = utc_watch_.look(now, Clock::now())) take_step(*step);
     consume_arrived();
     flight_->advance(now);
     beat();
     const Time next_tick = ceil_to_grid(now + Duration{1}, config_.range.tick);
-    queue_.wait(std::chrono::nanoseconds((next_tick - utc_now()).ns));
+    // At most a tick: UTC may have been stepped back in between.
+    queue_.wait(std::chrono::nanoseconds(std::min(next_tick - utc_(), config_.range.tick).ns));
   }
   consume_arrived();
+}
+
+void Service::take_step(Duration step) {
+  const double s = static_cast<double>(step.ns) * 1e-9;
+  if (step > Duration{0}) {
+    spdlog::warn("UTC stepped forward {:.1f} s", s);
+    return;
+  }
+  spdlog::error("UTC stepped back {:.1f} s: flight restarted", -s);
+  state_ = fmt::format("UTC back {:.1f} s: restarted", -s);  // the status has room for 31 characters
+  begin_flight();
 }
 
 void Service::consume_arrived() {
   // As many as there were at first: a flood must not hold up the ticks.
   for (std::size_t waiting = queue_.depth(); waiting > 0; --waiting) {
-    const std::optional<Event> event = queue_.pop();
+    std::optional<Event> event = queue_.pop();
     if (!event) return;
+    // Stamped before UTC was stepped back, it would take the new engine to a time yet to come.
+    set_received(*event, std::min(received_of(*event), utc_()));
     flight_->consume(*event);
-    latency_.add(utc_now() - received_of(*event));
+    latency_.add(utc_() - received_of(*event));
   }
 }
 
@@ -159,8 +176,7 @@ std::optional<dds::RangeStep> Service::next_step() {
 void Service::consume(const dds::RangeStep& step) {
   const auto start = Clock::now();
   if (step.step == 1) {
-    end_flight();
-    flight_ = std::make_unique<Flight>(config_, outputs_, utc_now());
+    begin_flight();
     state_ = "running";
     spdlog::info("range clock: run {} begins", step.run_id);
   }
@@ -177,6 +193,29 @@ void Service::consume(const dds::RangeStep& step) {
   }
   // Last: an acknowledged end means that the archive is closed.
   follower_->acknowledge(step);
+}
+
+void Service::begin_flight() {
+  end_flight();
+  std::unique_ptr<Recorder> recorder;
+  archive_failure_.clear();
+  try {
+    recorder = open_recorder();
+  } catch (const archive::ArchiveError& error) {
+    archive_failure_ = error.what();
+    spdlog::error("archive cannot be opened, tracking goes on without it: {}", archive_failure_);
+  }
+  flight_ = std::make_unique<Flight>(config_, outputs_, std::move(recorder));
+}
+
+std::unique_ptr<Recorder> Service::open_recorder() const {
+  return config_.archive.enabled ? std::make_unique<Recorder>(config_, utc_()) : nullptr;
+}
+
+std::string Service::archive_state() {
+  if (!config_.archive.enabled) return "off";
+  if (!flight_) return "waiting";
+  return flight_->recorder() != nullptr ? flight_->recorder()->state() : "failed: " + archive_failure_;
 }
 
 void Service::end_flight() {
@@ -209,6 +248,7 @@ void Service::beat() {
 void Service::publish_status() {
   const dds::ReadCounts read = read_counts();
   const dds::WriteCounts written = outputs_.counts();
+  const EventQueue::Losses queue = queue_.losses();
 
   dds::ServiceStatus status;
   status.node = config_.node.id;
@@ -216,32 +256,35 @@ void Service::publish_status() {
   status.version = DOWNRANGE_VERSION;
   status.configuration_hash = config_.hash;
   status.clock = participant_.clock();
-  status.time = utc_now();
+  status.time = utc_();
   status.queue_depth = static_cast<std::uint32_t>(queue_.depth());
   status.consumed = consumed_before_;
   status.emitted = emitted_before_;
-  status.archive_state = config_.archive.enabled ? "waiting" : "off";
+  status.archive_state = archive_state();
   if (flight_) {
     status.last_tick = flight_->last_tick();
     status.consumed += flight_->consumed();
     status.emitted += flight_->emitted();
-    status.archive_state = flight_->archive_state();
   }
-  status.dropped = queue_.dropped() + read.malformed + read.lost;
+  status.dropped = queue.dropped + queue.refused + read.malformed + read.lost;
   status.write_failures = written.failures;
   status.latency_us = {latency_.quantile_us(0.5), latency_.quantile_us(0.95), latency_.quantile_us(0.99),
                        latency_.max_us()};
   status.state = state_;
   outputs_.publish(status);
-  report_losses(status.dropped, read, written);
+  report_losses(status.dropped, queue, read, written);
 }
 
 dds::ReadCounts Service::read_counts() const { return input_ ? input_->counts() : follower_->counts(); }
 
-void Service::report_losses(std::uint64_t dropped, const dds::ReadCounts& read, const dds::WriteCounts& written) {
+void Service::report_losses(std::uint64_t dropped, const EventQueue::Losses& queue, const dds::ReadCounts& read,
+                            const dds::WriteCounts& written) {
   if (dropped != reported_.dropped) {
-    spdlog::warn("inputs lost so far: {} (queue full {}, malformed {}, lost in transport {}) {}", dropped,
-                 queue_.dropped(), read.malformed, read.lost, read.last_malformed);
+    spdlog::warn(
+        "inputs lost so far: {} (queue full {}{}, of unknown sources {}, malformed {}, lost in transport {}) {}",
+        dropped, queue.dropped,
+        queue.worst.empty() ? "" : fmt::format(", most of {}: {}", queue.worst, queue.worst_dropped), queue.refused,
+        read.malformed, read.lost, read.last_malformed);
   }
   if (written.failures != reported_.write_failures) {
     spdlog::error("results not written so far: {}: {}", written.failures, written.last_failure);

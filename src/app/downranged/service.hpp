@@ -18,14 +18,19 @@
 #include "event_queue.hpp"
 #include "flight.hpp"
 #include "latency.hpp"
+#include "utc_watch.hpp"
 
 namespace downrange::app {
+
+/// The machine's UTC.
+[[nodiscard]] Time utc_now();
 
 class Service {
  public:
   /// `on_failure` is called from the engine's thread when it cannot go on. Throws dds::DdsError, archive::ArchiveError
   /// and std::runtime_error for a broken environment, with what is broken in the text.
-  Service(const config::ServiceConfig& config, std::function<void()> on_failure);
+  /// `utc` is read from the engine's thread too.
+  Service(const config::ServiceConfig& config, std::function<void()> on_failure, std::function<Time()> utc = utc_now);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -58,19 +63,27 @@ class Service {
   void follow_wall_clock();
   void follow_range_clock();
   void consume_arrived();
+  /// After a step of UTC: back, a new flight, for an engine does not go back in time.
+  void take_step(Duration step);
   void consume(const dds::RangeStep& step);
   [[nodiscard]] std::optional<dds::RangeStep> next_step();
+  /// A new flight in place of the last; without an archive where that cannot be opened.
+  void begin_flight();
   void end_flight();
+  [[nodiscard]] std::unique_ptr<Recorder> open_recorder() const;
+  [[nodiscard]] std::string archive_state();
   /// Ownership of its input topics: whether this node takes the event.
   [[nodiscard]] bool takes(const Event& event) const;
   /// Liveliness, watchdog, and once a second the status.
   void beat();
   void publish_status();
   [[nodiscard]] dds::ReadCounts read_counts() const;
-  void report_losses(std::uint64_t dropped, const dds::ReadCounts& read, const dds::WriteCounts& written);
+  void report_losses(std::uint64_t dropped, const EventQueue::Losses& queue, const dds::ReadCounts& read,
+                     const dds::WriteCounts& written);
 
   const config::ServiceConfig config_;
   std::function<void()> on_failure_;
+  std::function<Time()> utc_;
   MiddlewareLog middleware_log_;
   dds::Participant participant_;
   dds::OutputWriters outputs_;
@@ -84,6 +97,8 @@ class Service {
   std::uint64_t consumed_before_ = 0;  ///< in flights that are over
   std::uint64_t emitted_before_ = 0;
   std::string state_;
+  std::string archive_failure_;  ///< why this flight has no archive
+  UtcWatch utc_watch_;           ///< wall clock
   LatencyHistogram latency_;
   Clock::time_point next_assertion_;
   Clock::time_point next_status_;
