@@ -25,6 +25,8 @@ namespace {
 using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr int last_domain = 232;  ///< the ports of later domains would exceed 65535
+/// Later ones use ports that Linux also hands out to any program that asks for some port.
+constexpr int last_undisturbed_domain = 101;
 constexpr const char* participant_profile = "downrange";
 /// How long a writer that goes away waits for its readers to have its last samples.
 const eprosima::fastrtps::Duration_t last_words{0, 300'000'000};
@@ -98,6 +100,11 @@ void Participant::Impl::open(int domain, const std::string& profiles) {
     throw DdsError(profiles + ": no participant profile '" + participant_profile + "'");
   }
   qos.name(std::string(node.view()));
+  if (domain > last_undisturbed_domain) {
+    notes.push_back(
+        "domain " + std::to_string(domain) +
+        ": above 101, where any program may hold one of its ports by chance: then nodes do not find each other");
+  }
   if (!network_is_up()) notes.emplace_back("no network interface is up, not even loopback: no other process is heard");
   entities_.participant = factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
   if (entities_.participant == nullptr) return;

@@ -1,5 +1,5 @@
 /// Payloads that no correct sender makes: dropped with a reason, never a crash, and the next good sample arrives.
-/// Domains 130 and 131.
+/// Domains 50 and 51.
 
 #include <gtest/gtest.h>
 
@@ -76,8 +76,8 @@ Bytes serialized(typename PubSubType::type& sample) {
 }
 
 TEST(DdsMalformed, EveryTruncationAndEveryBrokenByte) {
-  Participant attacker(test_participant(130, "attacker", ClockMode::Wall));
-  Participant service(test_participant(130, "service", ClockMode::Wall));
+  Participant attacker(test_participant(50, "attacker", ClockMode::Wall));
+  Participant service(test_participant(50, "service", ClockMode::Wall));
   Inbox<Event> inbox;
   InputReader reader(service, {}, [&](const Event& event, const RangeStamp&, const Name&) { inbox.add(event); });
   RawWriter writer(attacker, topics::radar_tspi, "downrange::wire::RadarTspi", true);
@@ -152,8 +152,8 @@ TEST(DdsMalformed, EnumeratorsOutOfRangeAndLiveSamplesFromARun) {
 }
 
 TEST(DdsMalformed, AClockThatClaimsFourThousandMillionSources) {
-  Participant attacker(test_participant(131, "attacker", ClockMode::Range));
-  Participant service(test_participant(131, "service", ClockMode::Range));
+  Participant attacker(test_participant(51, "attacker", ClockMode::Range));
+  Participant service(test_participant(51, "service", ClockMode::Range));
   RangeClockFollower follower(service, {}, nullptr);
   RawWriter writer(attacker, topics::clock, "downrange::wire::RangeClock", false);
   ASSERT_TRUE(wait_until(seconds(30), [&] { return writer.matched(); }));

@@ -1,4 +1,4 @@
-/// Whatever can be wrong with the profiles and the domain is told at start, in one line. Domain 132.
+/// Whatever can be wrong with the profiles and the domain is told at start, in one line. Domain 52.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@
 namespace downrange::dds {
 namespace {
 
-constexpr int domain = 132;
+constexpr int domain = 52;
 
 std::string profiles_text() {
   std::ifstream file(std::string(DOWNRANGE_SOURCE_DIR) + "/config/dds-qos.xml");

@@ -1,4 +1,4 @@
-/// A consumer written with another vendor's DDS follows the slaving commands. Domain 120.
+/// A consumer written with another vendor's DDS follows the slaving commands. Domain 40.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 namespace downrange::dds {
 namespace {
 
-constexpr int domain = 120;
+constexpr int domain = 40;
 
 std::int64_t utc_now_ns() {
   return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();

@@ -1,5 +1,5 @@
-/// The range clock: nothing lost, nothing out of step, and every way in which a flight cannot go on. Domains 110 to
-/// 117.
+/// The range clock: nothing lost, nothing out of step, and every way in which a flight cannot go on. Domains 30 to
+/// 38.
 
 #include <gtest/gtest.h>
 
@@ -123,13 +123,13 @@ void fly(RangeClockDriver& driver, std::uint64_t steps) {
 TEST(DdsLockstep, EveryStepOfAFlightArrivesWholeAndInOrder) {
   constexpr std::uint64_t flight_steps = 2000;
   std::uint64_t expected_step = 1;
-  FollowingNode node(110, "service", {}, false, [&](const RangeStep& step) {
+  FollowingNode node(30, "service", {}, false, [&](const RangeStep& step) {
     EXPECT_EQ(step.step, expected_step++);
     if (step.end) return;
     EXPECT_EQ(step.time, flight_time(step.step));
     expect_equal_events(step.events, expected_events(step.step));
   });
-  Participant participant(test_participant(110, "simulator", ClockMode::Range));
+  Participant participant(test_participant(30, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"service"}});
   driver.wait_for_nodes(seconds(30));
   fly(driver, flight_steps);
@@ -140,9 +140,9 @@ TEST(DdsLockstep, EveryStepOfAFlightArrivesWholeAndInOrder) {
 
 TEST(DdsLockstep, AsManyStepsAreOutstandingAsTheWindowAllows) {
   std::atomic<bool> go = false;
-  FollowingNode node(111, "service", {}, false,
+  FollowingNode node(31, "service", {}, false,
                      [&](const RangeStep&) { EXPECT_TRUE(wait_until(seconds(30), [&] { return go.load(); })); });
-  Participant participant(test_participant(111, "simulator", ClockMode::Range));
+  Participant participant(test_participant(31, "simulator", ClockMode::Range));
   DriverOptions options{{"service"}, 4, milliseconds(200)};
   RangeClockDriver driver(participant, options);
   driver.wait_for_nodes(seconds(30));
@@ -157,8 +157,8 @@ TEST(DdsLockstep, AsManyStepsAreOutstandingAsTheWindowAllows) {
 }
 
 TEST(DdsLockstep, AbsentNodesAreNamed) {
-  FollowingNode node(112, "service", {}, false);
-  Participant participant(test_participant(112, "simulator", ClockMode::Range));
+  FollowingNode node(32, "service", {}, false);
+  Participant participant(test_participant(32, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"service", "ingest-jeju"}});
   EXPECT_TRUE(wait_until(seconds(30), [&] {
     try {
@@ -173,8 +173,8 @@ TEST(DdsLockstep, AbsentNodesAreNamed) {
 TEST(DdsLockstep, ALostSampleStopsTheFlightByName) {
   FollowerOptions options;
   options.timeout = milliseconds(300);
-  FollowingNode node(113, "service", options, false);
-  Participant participant(test_participant(113, "simulator", ClockMode::Range));
+  FollowingNode node(33, "service", options, false);
+  Participant participant(test_participant(33, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"service"}});
   driver.wait_for_nodes(seconds(30));
   // A clock beside the driver's, which announces one plot more than there is.
@@ -199,10 +199,10 @@ TEST(DdsLockstep, ALostSampleStopsTheFlightByName) {
 }
 
 TEST(DdsLockstep, TheDriverHearsWhyANodeGaveUp) {
-  Participant node(test_participant(114, "service", ClockMode::Range));
+  Participant node(test_participant(34, "service", ClockMode::Range));
   Tally<WriteCounts> tally;
   TopicWriter<wire::ClockAckPubSubType> ack(node, topics::clock_ack, tally);
-  Participant participant(test_participant(114, "simulator", ClockMode::Range));
+  Participant participant(test_participant(34, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"service"}, 1, seconds(60)});
   driver.step(flight_time(1), {});
   wire::ClockAck sample;
@@ -219,13 +219,13 @@ TEST(DdsLockstep, TheDriverHearsWhyANodeGaveUp) {
 }
 
 TEST(DdsLockstep, ARunUnderWayIsNotJoinedTheNextOneIs) {
-  Participant participant(test_participant(115, "simulator", ClockMode::Range));
-  FollowingNode early(115, "early", {}, false);
+  Participant participant(test_participant(35, "simulator", ClockMode::Range));
+  FollowingNode early(35, "early", {}, false);
   std::optional<RangeClockDriver> driver(std::in_place, participant, DriverOptions{{"early"}});
   driver->wait_for_nodes(seconds(30));
   for (std::uint64_t step = 1; step <= 10; ++step) driver->step(flight_time(step), flight_events(step));
 
-  Participant late_participant(test_participant(115, "late", ClockMode::Range));
+  Participant late_participant(test_participant(35, "late", ClockMode::Range));
   RangeClockFollower late(late_participant, {}, nullptr);
   std::string notice;
   std::uint64_t step = 10;
@@ -262,8 +262,8 @@ TEST(DdsLockstep, ARunUnderWayIsNotJoinedTheNextOneIs) {
 }
 
 TEST(DdsLockstep, ANewRunReplacesOneThatWasBrokenOff) {
-  Participant participant(test_participant(116, "simulator", ClockMode::Range));
-  Participant node(test_participant(116, "service", ClockMode::Range));
+  Participant participant(test_participant(36, "simulator", ClockMode::Range));
+  Participant node(test_participant(36, "service", ClockMode::Range));
   RangeClockFollower follower(node, {}, nullptr);
   for (int run = 0; run < 2; ++run) {
     RangeClockDriver driver(participant, {{"service"}});
@@ -283,8 +283,8 @@ TEST(DdsLockstep, ANewRunReplacesOneThatWasBrokenOff) {
 
 TEST(DdsLockstep, NoResultIsLostToASlowConsumerAtFullSpeed) {
   constexpr int commands = 5000;
-  Participant service(test_participant(118, "service", ClockMode::Range));
-  Participant consumer(test_participant(118, "consumer", ClockMode::Range));
+  Participant service(test_participant(38, "service", ClockMode::Range));
+  Participant consumer(test_participant(38, "consumer", ClockMode::Range));
   Inbox<std::int64_t> ticks;
   OutputReaders readers(consumer, {},
                         {[&](const Result& result) {
@@ -329,8 +329,8 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   constexpr std::uint64_t flight_steps = 300;
   OutputWriters* outputs_a = nullptr;
   OutputWriters* outputs_b = nullptr;
-  FollowingNode a(117, "ingest-a", {}, true, [&](const RangeStep& step) { ingest(step, *outputs_a); });
-  FollowingNode b(117, "ingest-b", {}, true, [&](const RangeStep& step) { ingest(step, *outputs_b); });
+  FollowingNode a(37, "ingest-a", {}, true, [&](const RangeStep& step) { ingest(step, *outputs_a); });
+  FollowingNode b(37, "ingest-b", {}, true, [&](const RangeStep& step) { ingest(step, *outputs_b); });
   outputs_a = &a.outputs();
   outputs_b = &b.outputs();
   std::uint64_t observations = 0;
@@ -338,7 +338,7 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   FollowerOptions centre_options;
   centre_options.sensors = false;
   centre_options.ingest_nodes = {"ingest-a", "ingest-b"};
-  FollowingNode centre(117, "centre", centre_options, false, [&](const RangeStep& step) {
+  FollowingNode centre(37, "centre", centre_options, false, [&](const RangeStep& step) {
     const std::size_t fixes = step.step % 10 == 0 ? 2 : 0;
     const std::size_t expected = step.end ? 0 : 2 * (3 + 2 * fixes) + (step.step % 500 == 1 ? 1 : 0);
     EXPECT_EQ(step.events.size(), expected) << "step " << step.step;
@@ -353,7 +353,7 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
     }
     EXPECT_TRUE(std::is_sorted(step.events.begin(), step.events.end(), step_order_less));
   });
-  Participant participant(test_participant(117, "simulator", ClockMode::Range));
+  Participant participant(test_participant(37, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"ingest-a", "ingest-b", "centre"}});
   driver.wait_for_nodes(seconds(30));
   fly(driver, flight_steps);

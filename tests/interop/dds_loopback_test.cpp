@@ -1,4 +1,4 @@
-/// Every type over DDS, field by field; many instances. Domains 100 to 107.
+/// Every type over DDS, field by field; many instances. Domains 20 to 27.
 
 #include <gtest/gtest.h>
 
@@ -35,8 +35,8 @@ void expect_record(const Items& items, const T& sent) {
 }
 
 TEST(DdsLoopback, EveryInputArrivesAsItWasSent) {
-  Participant sensor(test_participant(100, "sensor", ClockMode::Wall));
-  Participant service(test_participant(100, "service", ClockMode::Wall));
+  Participant sensor(test_participant(20, "sensor", ClockMode::Wall));
+  Participant service(test_participant(20, "service", ClockMode::Wall));
   Inbox<Event> inbox;
   InputReader reader(service, {}, [&](const Event& event, const RangeStamp& stamp, const Name&) {
     EXPECT_EQ(stamp.run_id, 0U);
@@ -62,7 +62,7 @@ TEST(DdsLoopback, EveryInputArrivesAsItWasSent) {
 }
 
 TEST(DdsLoopback, NotFiniteNumbersAreLeftToIngest) {
-  Participant node(test_participant(101, "node", ClockMode::Wall));
+  Participant node(test_participant(21, "node", ClockMode::Wall));
   Inbox<Event> inbox;
   InputReader reader(node, {}, [&](const Event& event, const RangeStamp&, const Name&) { inbox.add(event); });
   InputWriters writers(node);
@@ -76,8 +76,8 @@ TEST(DdsLoopback, NotFiniteNumbersAreLeftToIngest) {
 }
 
 TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
-  Participant service(test_participant(102, "service", ClockMode::Wall));
-  Participant consumer(test_participant(102, "consumer", ClockMode::Wall));
+  Participant service(test_participant(22, "service", ClockMode::Wall));
+  Participant consumer(test_participant(22, "consumer", ClockMode::Wall));
   Inbox<Result> results;
   Inbox<ServiceStatus> statuses;
   OutputSelection all;
@@ -139,9 +139,9 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
 }
 
 TEST(DdsLoopback, ObservationsOfOtherNodesAreLeftAlone) {
-  Participant ingest(test_participant(103, "ingest-a", ClockMode::Wall));
-  Participant stranger(test_participant(103, "ingest-b", ClockMode::Wall));
-  Participant centre(test_participant(103, "centre", ClockMode::Wall));
+  Participant ingest(test_participant(23, "ingest-a", ClockMode::Wall));
+  Participant stranger(test_participant(23, "ingest-b", ClockMode::Wall));
+  Participant centre(test_participant(23, "centre", ClockMode::Wall));
   Inbox<Event> inbox;
   InputReader reader(centre, {false, false, {"ingest-a"}},
                      [&](const Event& event, const RangeStamp&, const Name& node) {
@@ -190,9 +190,9 @@ TEST(DdsLoopback, AnObservationOfARunIsNoneOfAWallClockCentre) { expect_only_own
 TEST(DdsLoopback, ALiveObservationIsNoneOfARangeClockCentre) { expect_only_own_mode(106, ClockMode::Range); }
 
 TEST(DdsLoopback, AccountsOfOneSourceAreToldApartByTheirNode) {
-  Participant first(test_participant(107, "ingest-a", ClockMode::Wall));
-  Participant second(test_participant(107, "centre", ClockMode::Wall));
-  Participant consumer(test_participant(107, "consumer", ClockMode::Wall));
+  Participant first(test_participant(27, "ingest-a", ClockMode::Wall));
+  Participant second(test_participant(27, "centre", ClockMode::Wall));
+  Participant consumer(test_participant(27, "consumer", ClockMode::Wall));
   Inbox<Result> results;
   Inbox<std::pair<Name, SourceHealth>> accounts;
   OutputCallbacks callbacks;
@@ -216,8 +216,8 @@ TEST(DdsLoopback, AccountsOfOneSourceAreToldApartByTheirNode) {
 }
 
 TEST(DdsLoopback, AHundredAntennas) {
-  Participant service(test_participant(104, "service", ClockMode::Wall));
-  Participant consumer(test_participant(104, "consumer", ClockMode::Wall));
+  Participant service(test_participant(24, "service", ClockMode::Wall));
+  Participant consumer(test_participant(24, "consumer", ClockMode::Wall));
   Inbox<Result> results;
   OutputReaders readers(consumer, {}, {[&](const Result& result) { results.add(result); }, {}});
   OutputWriters writers(service, {});

@@ -1,4 +1,4 @@
-/// Two nodes command one antenna: the stronger one's commands count while it lives. Domain 121.
+/// Two nodes command one antenna: the stronger one's commands count while it lives. Domain 41.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace downrange::dds {
 namespace {
 
-constexpr int domain = 121;
+constexpr int domain = 41;
 
 /// The profiles with a lease and deadlines of 3 s: a node that a busy machine keeps waiting must not count as dead.
 class PatientProfiles {
