@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <downrange/est/bias_terms.hpp>
@@ -16,6 +17,44 @@ std::string_view to_string(BiasTerm term) {
 std::string_view to_string(BiasState state) {
   static constexpr std::array<std::string_view, 4> names{"estimating", "converged", "not observable", "frozen"};
   return names.at(static_cast<std::size_t>(state));
+}
+
+BiasModel bias_model(std::span<const BiasBlock> blocks) {
+  constexpr double deg = std::numbers::pi / 180;
+  BiasModel model;
+  const auto add = [&model](std::initializer_list<BiasTerm> terms, double sigma) {
+    for (const BiasTerm term : terms) {
+      const auto i = static_cast<Eigen::Index>(term);
+      if (std::ranges::find(model.terms, term) == model.terms.end()) model.terms.push_back(term);
+      model.prior_cov(i, i) = sigma * sigma;
+    }
+  };
+  using enum BiasTerm;
+  for (const BiasBlock block : blocks) {
+    switch (block) {
+      case BiasBlock::Polar:
+        add({OffsetRange}, 100);
+        add({OffsetAzimuth, OffsetElevation}, 0.2 * deg);
+        add({ScaleRange}, 1e-4);
+        add({ScaleAzimuth, ScaleElevation}, 1e-3);
+        break;
+      case BiasBlock::SezOffset:
+        add({OffsetSouth, OffsetEast, OffsetZenith}, 100);
+        break;
+      case BiasBlock::SezScale:
+        add({ScaleSouth, ScaleEast, ScaleZenith}, 3e-4);
+        break;
+      case BiasBlock::Time:
+        add({TimeTag}, 0.02);
+        break;
+    }
+  }
+  std::ranges::sort(model.terms);
+  return model;
+}
+
+BiasModel bias_model(std::initializer_list<BiasBlock> blocks) {
+  return bias_model(std::span<const BiasBlock>(blocks.begin(), blocks.size()));
 }
 
 Polar compensate(const Polar& measured, std::span<const BiasTerm> term, std::span<const double> value) {

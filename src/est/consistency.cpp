@@ -1,9 +1,11 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <downrange/est/consistency.hpp>
+#include <limits>
 
 namespace downrange {
 
 double chi2_quantile(double probability, int dof) {
+  if (probability >= 1) return std::numeric_limits<double>::infinity();
   return boost::math::quantile(boost::math::chi_squared(dof), probability);
 }
 

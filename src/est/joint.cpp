@@ -24,7 +24,7 @@ Vec<10> bias_prior() {
   sigma << 100, 0.2 * deg, 0.2 * deg, 1e-4, 1e-3, 1e-3, 100, 100, 100, 0.02;
   return sigma;
 }
-constexpr std::array<BiasTerm, Joint::radar_size> bias_terms{
+constexpr std::array<BiasTerm, Joint::radar_size> terms_of_block{
     BiasTerm::OffsetRange,  BiasTerm::OffsetAzimuth,  BiasTerm::OffsetElevation, BiasTerm::ScaleRange,
     BiasTerm::ScaleAzimuth, BiasTerm::ScaleElevation, BiasTerm::OffsetSouth,     BiasTerm::OffsetEast,
     BiasTerm::OffsetZenith, BiasTerm::TimeTag};
@@ -110,6 +110,17 @@ void Joint::open_radar(State& s, int radar) const {
   s.P.middleRows<radar_size>(r).setZero();
   s.P.middleCols<radar_size>(r).setZero();
   s.P.diagonal().segment<radar_size>(r) = bias_prior().cwiseAbs2();
+}
+
+void Joint::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
+  const int k = target_at(target);
+  s.started = true;
+  s.epoch = epoch;
+  s.targets[static_cast<std::size_t>(target)].started = true;
+  s.targets[static_cast<std::size_t>(target)].data_epoch = epoch;
+  s.x.segment<9>(k) = estimate.mean;
+  s.P.block<9, 9>(k, k) = estimate.cov;
+  s.P.block<3, 3>(k + 9, k + 9).diagonal().setConstant(gps_error_sigma_m * gps_error_sigma_m);
 }
 
 Outcome Joint::apply(State& s, const Measurement& m) const {
@@ -318,11 +329,13 @@ BiasEstimate Joint::describe(const State& state, int radar) const {
   b.samples = r.samples;
   b.reference = r.referenced ? BiasReference::Gps : BiasReference::None;
   b.terms = radar_size;
-  b.term = bias_terms;
-  b.value = state.x.segment<radar_size>(at);
-  b.cov = state.P.block<radar_size, radar_size>(at, at);
+  std::copy(terms_of_block.begin(), terms_of_block.end(), b.term.begin());
+  b.value.head<radar_size>() = state.x.segment<radar_size>(at);
+  b.cov.topLeftCorner<radar_size, radar_size>() = state.P.block<radar_size, radar_size>(at, at);
   const bool frozen = r.referenced && r.epoch - r.updated > settings_.gps_max_age;
-  b.state = bias_states(b, bias_prior(), frozen);
+  Vec<BiasEstimate::max_terms> prior = Vec<BiasEstimate::max_terms>::Zero();
+  prior.head<radar_size>() = bias_prior();
+  b.state = bias_states(b, prior, frozen);
   return b;
 }
 

@@ -27,6 +27,7 @@ class Song2015Method final : public Method {
   Song2015Method(const MethodSettings& settings, bool correct)
       : rewinder_(Song2015(settings, correct), Song2015(settings, correct).initial(), settings.history) {}
 
+  void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
   Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
 
   std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {
@@ -76,6 +77,7 @@ class JointMethod final : public Method {
   explicit JointMethod(const MethodSettings& settings)
       : rewinder_(Joint(settings), Joint(settings).initial(), settings.history) {}
 
+  void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
   Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
 
   std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {

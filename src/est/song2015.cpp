@@ -10,8 +10,8 @@
 namespace downrange {
 namespace {
 
-/// A bias estimate beyond this many sigma of its prior is a wrong reference, not a bias. Cartesian scales that stand for
-/// the polar bias of a real radar reach 15.
+/// A bias estimate beyond this many sigma of its prior is a wrong reference, not a bias. Cartesian scales that stand
+/// for the polar bias of a real radar reach 15.
 constexpr double bias_sigmas_max = 30;
 
 const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
@@ -57,6 +57,15 @@ Gaussian<6> Song2015::prior_bias() const {
   variance << Vec<3>::Constant(settings_.bias_offset_prior_m * settings_.bias_offset_prior_m),
       Vec<3>::Constant(settings_.bias_scale_prior * settings_.bias_scale_prior);
   return {.mean = Vec<6>::Zero(), .cov = correct_ ? Mat<6, 6>(variance.asDiagonal()) : Mat<6, 6>::Zero()};
+}
+
+void Song2015::start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const {
+  FusedTrack& track = state.fused[static_cast<std::size_t>(target)];
+  track.started = true;
+  track.base_epoch = track.epoch = epoch;
+  track.base = {.mean = estimate.mean.head<6>(), .cov = estimate.cov.topLeftCorner<6, 6>()};
+  track.current = track.base;
+  track.contributed.fill(Time{std::numeric_limits<std::int64_t>::min() / 2});
 }
 
 Outcome Song2015::apply(State& state, const Measurement& m) const {

@@ -33,6 +33,7 @@ TEST(Travel, NearestTurnInsideTheTravel) {
 
 /// A method whose tracks are what the test says.
 struct Told final : Method {
+  void start(int, Time, const Gaussian<9>&) override {}
   Outcome process(const Measurement&, Time) override { return {}; }
   std::optional<TrackEstimate> fused(int, std::optional<Time> at) const override { return moved(fused_track, at); }
   std::optional<TrackEstimate> gps_track(int, Time at) const override { return moved(gps, at); }

@@ -3,7 +3,7 @@
 
 namespace downrange {
 
-/// x with P(chi2(dof) <= x) = probability. dof >= 1, 0 < probability < 1. Boost.Math.
+/// x with P(chi2(dof) <= x) = probability; infinity for probability 1. dof >= 1, 0 < probability <= 1. Boost.Math.
 [[nodiscard]] double chi2_quantile(double probability, int dof);
 
 /// Exponentially forgetting statistics of one source's innovations. Plain values: part of a filter's checkpoint.

@@ -60,6 +60,7 @@ class Joint {
 
   [[nodiscard]] State initial() const;
   Outcome apply(State& state, const Measurement& m) const;
+  void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
 
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   /// First index of a target's and a radar's block.

@@ -58,7 +58,7 @@ struct TrackEstimate {
 
 /// A radar's bias with covariance. `terms` entries are used.
 struct BiasEstimate {
-  static constexpr int max_terms = 10;
+  static constexpr int max_terms = bias_term_count;
 
   Time epoch;  ///< newest plot of this radar that was processed
   BiasReference reference = BiasReference::None;
@@ -79,30 +79,77 @@ struct SourceAccount {
   RunningResidual residual;
 };
 
+/// One radar, or one angles-only tracker, as the filters see it.
 struct RadarModel {
   Site site;
   PolarSigma sigma;  ///< as the filter uses it, inflation included
+  /// Terms of method joint and schmidt; song2015 always uses its own Cartesian ones.
+  BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
+  double refractivity = 0;     ///< N-units at the site's surface; 0: plots are free of refraction, or corrected already
+  bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
+};
+
+/// How a vehicle moves between two measurements (ALGORITHMS.md section 2).
+enum class Kinematics : std::uint8_t {
+  Cv,      ///< white acceleration
+  Ca,      ///< white jerk
+  Launch,  ///< interacting models: ballistic, thrust, event; gravity and rotation of the Earth known
+  Vdie,    ///< cv that opens an acceleration when input estimation detects a manoeuvre
+};
+
+/// Slowly varying error of a receiver's position, per axis: first-order Gauss-Markov.
+struct GpsErrorModel {
+  bool enabled = true;
+  double sigma_m = 3;
+  double tau_s = 80;
+};
+
+/// Where GPS stands at a radar's epoch: predicted from the fixes before it (the range paper), or smoothed by the next
+/// `fixes` as well, which a plot then waits for.
+struct GpsAlignment {
+  bool smooth = false;
+  int fixes = 1;
+};
+
+/// How method joint works until a target's first fix: what a radar's bias may then be, and how its pointing wanders.
+struct NoGpsRegime {
+  bool enabled = true;
+  double offset_prior_m = 25;
+  double angle_prior_rad = 8.7266e-4;           ///< 0.05 deg
+  double coloured_angle_sigma_rad = 3.4907e-4;  ///< 0.02 deg
+  double coloured_angle_tau_s = 30;
 };
 
 /// Settings of the methods; meaning and units as in stage/range_config.hpp.
 struct MethodSettings {
-  std::vector<RadarModel> radars;
+  std::vector<RadarModel> radars;  ///< angles-only trackers behind the radars
   int stations = 0;
   int targets = 1;
   Duration history = milliseconds(5000);
-  double gate_probability = 0.9999;
+  double gate_probability = 0.9999;  ///< 1: no gate
   int reopen_after = 50;
+
+  Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
+  double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
+  double q_ca_m2_s5 = 10;                      ///< white jerk of ca
+  double initial_sigma_velocity_m_s = 3000;
+  double initial_sigma_acceleration_m_s2 = 20;
+
+  bool gps_use_velocity = true;
+  Duration gps_max_age = milliseconds(3000);
+  GpsErrorModel gps_error;
+  GpsAlignment gps_alignment;  ///< of song2015 and schmidt
+  NoGpsRegime no_gps;
+
+  // Of song2015 and uncorrected.
   Duration batch = milliseconds(100);
   double q_m2_s3 = 1000;
-  double initial_sigma_velocity_m_s = 3000;
+  double gps_q_m2_s3 = 1000;
   double bias_offset_prior_m = 100;
   double bias_scale_prior = 3e-4;
   int bias_window = 20;
   double bias_offset_drift_m_sqrt_s = 0.3;
   double bias_scale_drift_sqrt_s = 1e-6;
-  double gps_q_m2_s3 = 1000;
-  bool gps_use_velocity = true;
-  Duration gps_max_age = milliseconds(3000);
 };
 
 /// A way to align and fuse. Measurements may arrive late or shuffled inside the history: the estimate is that of the
@@ -110,6 +157,10 @@ struct MethodSettings {
 class Method {
  public:
   virtual ~Method() = default;
+
+  /// Gives a target that has none its first estimate (nominal trajectory, an experiment's prior) instead of its first
+  /// measurement: position, velocity, acceleration, ECEF. Before the first measurement is processed.
+  virtual void start(int target, Time epoch, const Gaussian<9>& estimate) = 0;
 
   /// `now` is the engine's time: history older than now - settings.history is forgotten. m.epoch >= now - history.
   virtual Outcome process(const Measurement& m, Time now) = 0;

@@ -24,6 +24,12 @@ class Rewinder {
     checkpoint_count_ = 1;
   }
 
+  /// Before the first measurement.
+  void start(int target, Time epoch, const Gaussian<9>& estimate) {
+    core_.start(state_, target, epoch, estimate);
+    checkpoints_.front().state = state_;
+  }
+
   Outcome process(const Measurement& m, Time now) {
     forget_before(now - history_);
     const auto place = std::upper_bound(entries_.begin(), entries_.end(), m, processed_before);

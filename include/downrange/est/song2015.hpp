@@ -68,6 +68,7 @@ class Song2015 {
 
   [[nodiscard]] State initial() const;
   Outcome apply(State& state, const Measurement& m) const;
+  void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
 
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   [[nodiscard]] bool corrects() const { return correct_; }

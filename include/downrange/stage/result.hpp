@@ -14,7 +14,7 @@
 
 namespace downrange {
 
-inline constexpr int max_bias_terms = 10;
+inline constexpr int max_bias_terms = bias_term_count;
 inline constexpr int max_state = 9;
 
 /// Entries of the upper triangle of an n x n matrix.
