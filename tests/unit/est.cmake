@@ -3,3 +3,4 @@ downrange_test(est_filter_test ${CMAKE_CURRENT_LIST_DIR}/est_filter_test.cpp LIB
 downrange_test(est_song2015_test ${CMAKE_CURRENT_LIST_DIR}/est_song2015_test.cpp LIBS downrange_est)
 downrange_test(est_bias_step_vectors_test ${CMAKE_CURRENT_LIST_DIR}/est_bias_step_vectors_test.cpp LIBS downrange_est)
 downrange_test(est_joint_test ${CMAKE_CURRENT_LIST_DIR}/est_joint_test.cpp LIBS downrange_est)
+downrange_test(est_imm_test ${CMAKE_CURRENT_LIST_DIR}/est_imm_test.cpp LIBS downrange_est)
