@@ -1,0 +1,50 @@
+#pragma once
+/// How a vehicle moves: the models of ALGORITHMS.md section 2 on one state of nine entries, ECEF: position (m), velocity
+/// (m/s), and a third part in m/s^2 that is the acceleration, or the specific force where gravity is known to the model.
+
+#include <array>
+#include <downrange/est/gaussian.hpp>
+#include <downrange/est/method.hpp>
+
+namespace downrange {
+
+/// One motion model.
+struct MotionModel {
+  enum class Noise : std::uint8_t { WhiteAcceleration, WhiteJerk };
+
+  Noise noise = Noise::WhiteJerk;
+  double q = 10;  ///< power spectral density: m^2/s^3 of acceleration, m^2/s^5 of jerk
+  /// J2 gravity, Coriolis and centrifugal acceleration are known: the third part of the state is the specific force.
+  bool gravity_aware = false;
+};
+
+/// The mean after dt seconds (either sign); the free-fall acceleration is taken at the middle of steps of at most 1 s.
+[[nodiscard]] Vec<9> predict_mean(const MotionModel& model, const Vec<9>& x, double dt);
+
+/// Process noise over |dt| as the coefficients of 3 x 3 identity blocks (position, velocity, third part squared); for dt
+/// < 0 the signs of a prediction towards the past.
+[[nodiscard]] Mat<3, 3> process_noise(const MotionModel& model, double dt);
+
+/// Mean and covariance after dt seconds (either sign).
+[[nodiscard]] Gaussian<9> predict(const MotionModel& model, const Gaussian<9>& x, double dt);
+
+/// Acceleration relative to the rotating Earth, m/s^2.
+[[nodiscard]] Vec<3> acceleration(const MotionModel& model, const Vec<9>& x);
+
+/// The models of one kind of kinematics and how a vehicle changes between them.
+struct ModelSet {
+  static constexpr int max_models = 3;
+
+  int count = 1;
+  std::array<MotionModel, max_models> model{};
+  /// Rates per second; row: from, column: to; rows sum to zero.
+  Mat<max_models, max_models> rates = Mat<max_models, max_models>::Zero();
+  std::array<double, max_models> initial_probability{1, 0, 0};
+  /// A model whose specific force is 0 +- 0.01 m/s^2; -1: none.
+  int ballistic = -1;
+};
+inline constexpr double ballistic_sigma_m_s2 = 0.01;
+
+[[nodiscard]] ModelSet model_set(const MethodSettings& settings);
+
+}  // namespace downrange
