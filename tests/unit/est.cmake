@@ -4,3 +4,5 @@ downrange_test(est_song2015_test ${CMAKE_CURRENT_LIST_DIR}/est_song2015_test.cpp
 downrange_test(est_bias_step_vectors_test ${CMAKE_CURRENT_LIST_DIR}/est_bias_step_vectors_test.cpp LIBS downrange_est)
 downrange_test(est_joint_test ${CMAKE_CURRENT_LIST_DIR}/est_joint_test.cpp LIBS downrange_est)
 downrange_test(est_imm_test ${CMAKE_CURRENT_LIST_DIR}/est_imm_test.cpp LIBS downrange_est)
+downrange_test(est_consistency_test ${CMAKE_CURRENT_LIST_DIR}/est_consistency_test.cpp LIBS downrange_est)
+downrange_test(est_assignment_test ${CMAKE_CURRENT_LIST_DIR}/est_assignment_test.cpp LIBS downrange_est)
