@@ -6,3 +6,5 @@ downrange_test(est_joint_test ${CMAKE_CURRENT_LIST_DIR}/est_joint_test.cpp LIBS 
 downrange_test(est_imm_test ${CMAKE_CURRENT_LIST_DIR}/est_imm_test.cpp LIBS downrange_est)
 downrange_test(est_consistency_test ${CMAKE_CURRENT_LIST_DIR}/est_consistency_test.cpp LIBS downrange_est)
 downrange_test(est_assignment_test ${CMAKE_CURRENT_LIST_DIR}/est_assignment_test.cpp LIBS downrange_est)
+downrange_test(est_input_estimation_test ${CMAKE_CURRENT_LIST_DIR}/est_input_estimation_test.cpp
+               LIBS downrange_est nlohmann_json::nlohmann_json)
