@@ -38,6 +38,11 @@ expect 1 "absent-scenario" "$downrange" simulate "$naro" --scenario "$work/absen
 expect 2 "dds.domain" "$downrange" watch "$naro" --domain 1000
 expect 1 "range clock" "$downrange" simulate "$naro" --scenario "$launch" --dds
 
+expect 2 "nonesuch" "$downrange" experiment nonesuch
+expect 2 "NAME" "$downrange" experiment
+expect 2 "name one experiment" "$downrange" experiment all --methods joint
+expect 2 "--runs" "$downrange" experiment all --runs 0
+
 # A small flight to spoil.
 sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"
 "$downrange" simulate "$naro" --scenario "$work/short.toml" --set ingest.expect_simulated=true \

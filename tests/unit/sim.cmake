@@ -4,3 +4,5 @@ downrange_test(sim_sensors_test ${CMAKE_CURRENT_LIST_DIR}/sim_sensors_test.cpp L
 downrange_test(sim_scenario_test ${CMAKE_CURRENT_LIST_DIR}/sim_scenario_test.cpp LIBS downrange_sim)
 downrange_test(sim_score_test ${CMAKE_CURRENT_LIST_DIR}/sim_score_test.cpp
                LIBS downrange_sim nlohmann_json::nlohmann_json)
+downrange_test(sim_experiment_test ${CMAKE_CURRENT_LIST_DIR}/sim_experiment_test.cpp
+               LIBS downrange_sim nlohmann_json::nlohmann_json)

@@ -21,6 +21,7 @@ void add_import(CLI::App& app, Run& run);
 void add_watch(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_diff(CLI::App& app, Run& run);
+void add_experiment(CLI::App& app, Run& run);
 
 /// Exit codes, as in the README.
 inline constexpr int exit_ok = 0;

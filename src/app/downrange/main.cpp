@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   add_watch(app, run);
   add_report(app, run);
   add_diff(app, run);
+  add_experiment(app, run);
   try {
     app.parse(argc, argv);
     return run();

@@ -33,8 +33,12 @@ struct Figure {
 [[nodiscard]] Figure within(std::string what, double measured, double low, double high);
 [[nodiscard]] Figure shown(std::string what, double measured);
 
+/// `value` with `digits` significant ones, zeros at the end included: "1.10", "0.0357"; "1e-9" outside 0.001 .. 99999.
+[[nodiscard]] std::string number_text(double value, int digits);
+
+/// Where `x` or `y` is not finite the curve has a gap.
 struct Curve {
-  std::string label;
+  std::string label;  ///< empty: belongs to the curve before it (the lower edge of a band) and looks like it
   std::vector<double> x;
   std::vector<double> y;
   bool dashed = false;  ///< bounds and bands
@@ -67,6 +71,14 @@ struct Experiment {
   std::vector<std::string> methods;
   ExperimentResult (*run)(const ExperimentOptions& options);
 };
+
+/// Whether every figure is reached.
+[[nodiscard]] bool all_reached(const ExperimentResult& result);
+
+/// The methods asked for, in the order of `compared`; all of these when none is asked for. Throws
+/// std::invalid_argument that names the allowed ones.
+[[nodiscard]] std::vector<std::string> chosen_methods(const std::vector<std::string>& asked,
+                                                      const std::vector<std::string>& compared);
 
 /// In the order of ALGORITHMS.md: launch, kim2011, federated, spatial, alphabeta.
 [[nodiscard]] const std::vector<Experiment>& experiments();

@@ -1,0 +1,50 @@
+#include <nlohmann/json.hpp>
+
+#include "sim/experiment/report.hpp"
+
+namespace downrange::sim {
+namespace {
+
+using nlohmann::json;
+
+json of(const Figure& figure) {
+  json j{{"what", figure.what}, {"measured", figure.measured}};
+  if (figure.reach.empty()) return j;
+  j["reach"] = figure.reach;
+  j["reached"] = figure.reached;
+  return j;
+}
+
+json of(const Plot& plot) {
+  json curves = json::array();
+  for (const Curve& curve : plot.curves) curves.push_back({{"label", curve.label}, {"x", curve.x}, {"y", curve.y}});
+  return {{"title", plot.title}, {"x_label", plot.x_label}, {"y_label", plot.y_label}, {"curves", std::move(curves)}};
+}
+
+json of(const ExperimentResult& result) {
+  json settings = json::object();
+  for (const auto& [key, value] : result.settings) settings[key] = value;
+  json figures = json::array();
+  for (const Figure& figure : result.figures) figures.push_back(of(figure));
+  json plots = json::array();
+  for (const Plot& plot : result.plots) plots.push_back(of(plot));
+  return {{"name", result.name},
+          {"title", result.title},
+          {"runs", result.runs},
+          {"seed", result.seed},
+          {"all_reached", all_reached(result)},
+          {"settings", std::move(settings)},
+          {"figures", std::move(figures)},
+          {"plots", std::move(plots)},
+          {"notes", result.notes}};
+}
+
+}  // namespace
+
+std::string format_json(std::span<const ExperimentResult> results) {
+  json experiments = json::array();
+  for (const ExperimentResult& result : results) experiments.push_back(of(result));
+  return json{{"experiments", std::move(experiments)}}.dump(1);
+}
+
+}  // namespace downrange::sim

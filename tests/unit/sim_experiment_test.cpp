@@ -1,0 +1,165 @@
+/// The experiments' framework: runs on threads, figures, tables, JSON, pages.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+
+#include "sim/experiment/experiment.hpp"
+#include "sim/experiment/parallel.hpp"
+#include "sim/experiment/report.hpp"
+
+namespace downrange::sim {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(ParallelRuns, ResultsStandInOrderOnAnyNumberOfThreads) {
+  const auto square = [](int i) { return i * i; };
+  for (const int jobs : {1, 3, 50}) {
+    double last = 0;
+    const std::vector<int> results = parallel_runs<int>(40, jobs, square, [&last](double done) {
+      EXPECT_GT(done, last);
+      last = done;
+    });
+    ASSERT_EQ(results.size(), 40u);
+    for (int i = 0; i < 40; ++i) EXPECT_EQ(results[static_cast<std::size_t>(i)], i * i);
+    EXPECT_EQ(last, 1);
+  }
+}
+
+TEST(ParallelRuns, ARunThatThrowsEndsTheOthers) {
+  std::atomic<int> ran{0};
+  const auto run = [&ran](int i) -> int {
+    if (i == 3) throw std::runtime_error("run 3");
+    ++ran;
+    return i;
+  };
+  for (const int jobs : {1, 3}) {
+    ran = 0;
+    EXPECT_THROW((void)parallel_runs<int>(10'000, jobs, run, [](double) {}), std::runtime_error);
+    EXPECT_LT(ran, 10'000);
+  }
+}
+
+TEST(Figure, IsReachedOnItsLimitAndNotByNan) {
+  EXPECT_TRUE(at_most("", 1.10, 1.10).reached);
+  EXPECT_FALSE(at_most("", 1.1001, 1.10).reached);
+  EXPECT_FALSE(at_most("", nan, 1.10).reached);
+  EXPECT_TRUE(at_least("", 1.3, 1.3).reached);
+  EXPECT_FALSE(at_least("", nan, 1.3).reached);
+  EXPECT_TRUE(within("", 0.94, 0.94, 0.96).reached);
+  EXPECT_FALSE(within("", 0.97, 0.94, 0.96).reached);
+  EXPECT_FALSE(within("", nan, 0.94, 0.96).reached);
+  EXPECT_TRUE(shown("", nan).reached);
+  EXPECT_EQ(at_most("", 0, 1.1).reach, "<= 1.10");
+  EXPECT_EQ(within("", 0, 0.9, 1.1).reach, "0.900 .. 1.10");
+}
+
+TEST(NumberText, KeepsTheDigitsAskedFor) {
+  EXPECT_EQ(number_text(1.1, 3), "1.10");
+  EXPECT_EQ(number_text(1.0 / 28, 3), "0.0357");
+  EXPECT_EQ(number_text(1e-9, 3), "1e-9");
+  EXPECT_EQ(number_text(-2.5e-12, 3), "-2.5e-12");
+  EXPECT_EQ(number_text(3e7, 3), "3e7");
+  EXPECT_EQ(number_text(1000, 3), "1000");
+  EXPECT_EQ(number_text(12345.6, 3), "12346");
+  EXPECT_EQ(number_text(100, 3), "100");
+  EXPECT_EQ(number_text(9.9999, 3), "10.0");
+  EXPECT_EQ(number_text(0, 3), "0");
+  EXPECT_EQ(number_text(nan, 3), "nan");
+}
+
+TEST(ChosenMethods, AreThoseAskedForOrAnErrorThatNamesThem) {
+  const std::vector<std::string> compared{"a", "b", "c"};
+  EXPECT_EQ(chosen_methods({}, compared), compared);
+  EXPECT_EQ(chosen_methods({"c", "a"}, compared), (std::vector<std::string>{"a", "c"}));
+  try {
+    (void)chosen_methods({"a", "x"}, compared);
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("'x'"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("a, b, c"), std::string::npos);
+  }
+}
+
+ExperimentResult sample() {
+  ExperimentResult result;
+  result.name = "sample";
+  result.title = "A title of <angles> & \"quotes\", long enough that it must be broken over more than one line of text";
+  result.runs = 3;
+  result.seed = 7;
+  result.settings = {{"radars", "two"}, {"a longer key", std::string(150, 'x') + " and words behind it"}};
+  result.figures = {at_most("position", 1.05, 1.08), at_most("bias left", 1.2, 1.1), shown("for information", 3),
+                    at_most("one with a name so long that it does not fit beside its numbers on one line of a "
+                            "hundred columns",
+                            1, 2)};
+  result.notes = {"a note"};
+  Plot plot{"Error", "time, s", "error, m", true, {}};
+  plot.curves.push_back({"method", {0, 1, 2, 3}, {1, 10, nan, 1000}});
+  plot.curves.push_back({"bound", {0, 3}, {0, 500}, true});  // 0 has no logarithm
+  plot.curves.push_back({"plots", {0, 1.5}, {3, 30}, false, true});
+  result.plots = {plot, {"Nothing", "x", "y", false, {{"empty", {}, {}}, {"constant", {1, 2}, {5, 5}}}}};
+  return result;
+}
+
+TEST(ReportText, FitsHundredColumnsAndTellsWhatFallsShort) {
+  const std::string text = format_text(sample());
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const bool one_word = line.find(std::string(150, 'x')) != std::string::npos;
+    EXPECT_TRUE(line.size() <= 100 || one_word) << line;
+    if (line.starts_with("position")) {
+      EXPECT_TRUE(line.ends_with("pass")) << line;
+    }
+    if (line.starts_with("bias left")) {
+      EXPECT_TRUE(line.ends_with("falls short")) << line;
+    }
+    if (line.starts_with("for information")) {
+      EXPECT_TRUE(line.find("pass") == std::string::npos) << line;
+    }
+  }
+  EXPECT_NE(text.find("2 of 3 figures reached"), std::string::npos);
+  EXPECT_FALSE(all_reached(sample()));
+}
+
+TEST(ReportJson, ParsesAndHoldsEverything) {
+  const std::vector<ExperimentResult> results{sample(), sample()};
+  const nlohmann::json j = nlohmann::json::parse(format_json(results));
+  ASSERT_EQ(j.at("experiments").size(), 2u);
+  const nlohmann::json& first = j["experiments"][0];
+  EXPECT_EQ(first["seed"], 7);
+  EXPECT_EQ(first["figures"][1]["reached"], false);
+  EXPECT_FALSE(first["figures"][2].contains("reached"));
+  EXPECT_TRUE(first["plots"][0]["curves"][0]["y"][2].is_null());
+  EXPECT_EQ(first["all_reached"], false);
+}
+
+TEST(ReportHtml, NeedsNothingButItself) {
+  const std::vector<ExperimentResult> results{sample(), sample()};
+  const std::string page = format_html(results);
+  for (const char* outside : {"http:", "https:", "<script", "<link", "src=", "url(", "@import"})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  EXPECT_NE(page.find("A title of &lt;angles&gt; &amp; &quot;quotes&quot;"), std::string::npos);
+  EXPECT_NE(page.find("prefers-color-scheme: dark"), std::string::npos);
+  EXPECT_NE(page.find("falls short"), std::string::npos);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+}
+
+TEST(ReportHtml, DrawsAGapWhereACurveHasNone) {
+  const std::string page = format_html(std::vector<ExperimentResult>{sample()});
+  // The first curve: two points joined, the gap, then a single point that must still be seen.
+  const std::size_t at = page.find("<path class=\"line series-0\"");
+  ASSERT_NE(at, std::string::npos);
+  const std::string path = page.substr(at, page.find("/>", at) - at);
+  EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 2) << path;
+  EXPECT_EQ(std::count(path.begin(), path.end(), 'L'), 1) << path;
+  EXPECT_NE(path.find("h0"), std::string::npos) << path;
+}
+
+}  // namespace
+}  // namespace downrange::sim
