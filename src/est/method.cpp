@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <downrange/est/joint.hpp>
 #include <downrange/est/method.hpp>
-#include <downrange/est/motion.hpp>
 #include <downrange/est/rewind.hpp>
 #include <downrange/est/song2015.hpp>
 #include <stdexcept>
@@ -11,106 +10,34 @@
 namespace downrange {
 namespace {
 
-/// Bit i: radar i contributed within the last second before `now`.
-std::uint64_t recent_sources(const std::array<Time, FusedTrack::max_radars>& contributed, std::size_t radars,
-                             Time now) {
-  std::uint64_t mask = 0;
-  for (std::size_t radar = 0; radar < radars; ++radar) {
-    if (now - contributed[radar] <= milliseconds(1000)) mask |= std::uint64_t{1} << radar;
-  }
-  return mask;
-}
-
-/// `Song2015` behind the contract of a method.
-class Song2015Method final : public Method {
+/// An estimator behind the contract of a method: its state is kept in order whatever the order of arrival.
+template <class Core>
+class RewoundMethod final : public Method {
  public:
-  Song2015Method(const MethodSettings& settings, bool correct)
-      : rewinder_(Song2015(settings, correct), Song2015(settings, correct).initial(), settings.history) {}
+  explicit RewoundMethod(const Core& core) : rewinder_(core, core.initial(), core.settings().history) {}
 
   void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
   Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
-
   std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {
-    const FusedTrack& track = rewinder_.state().fused[static_cast<std::size_t>(target)];
-    if (!track.started) return std::nullopt;
-    TrackEstimate e = estimate(track.current, track.epoch, at.value_or(track.epoch), settings().q_m2_s3);
-    e.sources = recent_sources(track.contributed, settings().radars.size(), track.epoch);
-    e.nis = track.nis;
-    e.nis_dof = 3;
-    return e;
+    return core().fused(state(), target, at);
   }
-
   std::optional<TrackEstimate> gps_track(int target, Time at) const override {
-    const GpsTrack& gps = rewinder_.state().gps[static_cast<std::size_t>(target)];
-    if (!gps.confirmed || !rewinder_.core().corrects()) return std::nullopt;
-    return estimate(gps.state, gps.epoch, at, settings().gps_q_m2_s3);
+    return core().gps_track(state(), target, at);
   }
-
-  BiasEstimate bias(int radar) const override {
-    if (!rewinder_.core().corrects()) return {};
-    return describe(rewinder_.state().radars[static_cast<std::size_t>(radar)], settings());
-  }
-
-  const SourceAccount& account(int source) const override {
-    return rewinder_.state().accounts[static_cast<std::size_t>(source)];
-  }
+  BiasEstimate bias(int radar) const override { return core().bias(state(), radar); }
+  const SourceAccount& account(int source) const override { return core().account(state(), source); }
 
  private:
-  const MethodSettings& settings() const { return rewinder_.core().settings(); }
+  const Core& core() const { return rewinder_.core(); }
+  const typename Core::State& state() const { return rewinder_.state(); }
 
-  static TrackEstimate estimate(const Gaussian<6>& state, Time data_epoch, Time at, double q) {
-    const Gaussian<6> x = at == data_epoch ? state : cv::predict(state, (at - data_epoch).seconds(), q);
-    TrackEstimate e;
-    e.epoch = at;
-    e.data_epoch = data_epoch;
-    e.mean.head<6>() = x.mean;
-    e.cov.topLeftCorner<6, 6>() = x.cov;
-    return e;
-  }
-
-  Rewinder<Song2015> rewinder_;
+  Rewinder<Core> rewinder_;
 };
 
-/// `Joint` behind the contract of a method.
-class JointMethod final : public Method {
- public:
-  explicit JointMethod(const MethodSettings& settings)
-      : rewinder_(Joint(settings), Joint(settings).initial(), settings.history) {}
-
-  void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
-  Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
-
-  std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {
-    const Joint::State& state = rewinder_.state();
-    const Joint::Target& track = state.targets[static_cast<std::size_t>(target)];
-    if (!track.started) return std::nullopt;
-    TrackEstimate e;
-    e.epoch = at.value_or(track.data_epoch);
-    e.data_epoch = track.data_epoch;
-    e.size = 9;
-    const Gaussian<9> x = joint().kinematics(state, target, (e.epoch - state.epoch).seconds());
-    e.mean = x.mean;
-    e.cov = x.cov;
-    e.sources = recent_sources(track.contributed, joint().settings().radars.size(), track.data_epoch);
-    e.nis = track.nis;
-    e.nis_dof = track.nis_dof;
-    return e;
-  }
-
-  /// GPS is part of the fused track: there is none beside it.
-  std::optional<TrackEstimate> gps_track(int, Time) const override { return std::nullopt; }
-
-  BiasEstimate bias(int radar) const override { return joint().describe(rewinder_.state(), radar); }
-
-  const SourceAccount& account(int source) const override {
-    return rewinder_.state().accounts[static_cast<std::size_t>(source)];
-  }
-
- private:
-  const Joint& joint() const { return rewinder_.core(); }
-
-  Rewinder<Joint> rewinder_;
-};
+template <class Core>
+std::unique_ptr<Method> rewound(const Core& core) {
+  return std::make_unique<RewoundMethod<Core>>(core);
+}
 
 struct NamedMethod {
   std::string_view name;
@@ -119,11 +46,9 @@ struct NamedMethod {
 
 /// The table of methods: a new one is a line here and a file beside song2015.cpp.
 constexpr NamedMethod methods[] = {
-    {"song2015",
-     [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<Song2015Method>(s, true); }},
-    {"uncorrected",
-     [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<Song2015Method>(s, false); }},
-    {"joint", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<JointMethod>(s); }},
+    {"joint", [](const MethodSettings& s) { return rewound(Joint(s)); }},
+    {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }},
+    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
 };
 
 }  // namespace

@@ -31,6 +31,16 @@ void note_residual(SourceAccount& account, const Update<N, M>& u) {
 
 double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
 
+TrackEstimate estimate_at(const Gaussian<6>& state, Time data_epoch, Time at, double q) {
+  const Gaussian<6> x = at == data_epoch ? state : cv::predict(state, seconds_between(at, data_epoch), q);
+  TrackEstimate e;
+  e.epoch = at;
+  e.data_epoch = data_epoch;
+  e.mean.head<6>() = x.mean;
+  e.cov.topLeftCorner<6, 6>() = x.cov;
+  return e;
+}
+
 }  // namespace
 
 Song2015::Song2015(MethodSettings settings, bool correct)
@@ -275,6 +285,27 @@ void Song2015::fuse_into(FusedTrack& track, const Measurement& m, const TimedPos
                                     {track.pending.data(), slot + 1}, settings_.q_m2_s3);
   track.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
   track.rejected_in_row = 0;
+}
+
+std::optional<TrackEstimate> Song2015::fused(const State& state, int target, std::optional<Time> at) const {
+  const FusedTrack& track = state.fused[static_cast<std::size_t>(target)];
+  if (!track.started) return std::nullopt;
+  TrackEstimate e = estimate_at(track.current, track.epoch, at.value_or(track.epoch), settings_.q_m2_s3);
+  e.sources = recent_sources({track.contributed.data(), settings_.radars.size()}, track.epoch);
+  e.nis = track.nis;
+  e.nis_dof = 3;
+  return e;
+}
+
+std::optional<TrackEstimate> Song2015::gps_track(const State& state, int target, Time at) const {
+  const GpsTrack& gps = state.gps[static_cast<std::size_t>(target)];
+  if (!gps.confirmed || !correct_) return std::nullopt;
+  return estimate_at(gps.state, gps.epoch, at, settings_.gps_q_m2_s3);
+}
+
+BiasEstimate Song2015::bias(const State& state, int radar) const {
+  if (!correct_) return {};
+  return describe(state.radars[static_cast<std::size_t>(radar)], settings_);
 }
 
 BiasEstimate describe(const RadarBias& bias, const MethodSettings& settings) {

@@ -36,6 +36,14 @@ void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocit
           .sigma_velocity_m_s = std::sqrt(cov.trace())};
 }
 
+std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
+  std::uint64_t mask = 0;
+  for (std::size_t i = 0; i < contributed.size(); ++i) {
+    if (now - contributed[i] <= milliseconds(1000)) mask |= std::uint64_t{1} << i;
+  }
+  return mask;
+}
+
 void count(SourceAccount& account, Verdict verdict) {
   switch (verdict) {
     case Verdict::Accepted:

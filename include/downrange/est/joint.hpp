@@ -1,88 +1,107 @@
 #pragma once
-/// One filter for everything: kinematics of the targets, biases of the radars, coloured error of the GPS. Every plot
+/// One filter for everything: a target's motion, the biases of the radars, the coloured error of the GPS. Every plot
 /// and fix is processed one by one in time order: the optimum of its class (ALGORITHMS.md, method `joint`).
 
-#include <Eigen/Core>
 #include <array>
+#include <downrange/est/hypothesis.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
 
 namespace downrange {
 
-/// Extended Kalman filter over the whole range. State vector, blocks in this order:
+/// Extended Kalman filter per target, an interacting bank of them for kinematics `launch`. State vector, ECEF:
 ///
-///  per target, 12 entries: position x y z (m, ECEF); velocity (m/s); acceleration (m/s^2, white jerk); slowly varying
-///  GPS error x y z (m, ECEF, first-order Gauss-Markov): fix = position + error + noise.
-///
-///  per radar, 10 entries: offsets of range (m), azimuth, elevation (rad); scales of the same (1, azimuth about south);
-///  offsets of the site south, east, zenith (m); time tag (s). measured(t) = true(t - time tag) + bias.
+///  0-8   position (m), velocity (m/s), acceleration or specific force (m/s^2)
+///  9-11  slowly varying GPS error (m, first-order Gauss-Markov): fix = position + error + noise
+///  12-   per radar the terms of its BiasModel; measured(t) = true(t - time tag) + bias
 ///
 /// Plots are used as measured (range, azimuth, elevation), linearised at the bias-compensated prediction: linearising
-/// at the plot drifts 20-30 % off the bound.
+/// at the plot drifts 20-30 % off the bound. A target that starts takes over the biases that another one has found by
+/// GPS. Until a target's first fix the regime is another (NoGpsRegime); it is left once, when two fixes agree.
 class Joint {
  public:
-  static constexpr int target_size = 12;
-  static constexpr int radar_size = 10;
-  /// What intermediate results on the stack are sized for.
-  static constexpr int max_targets = 8;
+  static constexpr int motion_at = 0;
+  static constexpr int gps_error_at = 9;
+  static constexpr int first_radar_at = 12;
   static constexpr int max_radars = 64;
-  static constexpr int max_states = max_targets * target_size + max_radars * radar_size;
 
-  struct Target {
-    bool started = false;
-    Time data_epoch;  ///< newest accepted measurement
-    std::array<Time, max_radars> contributed{};
-    LastFix last_fix;
-    double nis = 0;
-    int nis_dof = 0;
-    int plots_rejected_in_row = 0;
-    int fixes_rejected_in_row = 0;
-  };
   struct Radar {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest accepted plot while GPS was there
     std::uint64_t samples = 0;
     bool referenced = false;
   };
-  struct State {
+  struct Target {
     bool started = false;
-    Time epoch;  ///< of x and P
-    Eigen::VectorXd x;
-    Eigen::MatrixXd P;
-    std::vector<Target> targets;
+    bool without_gps = false;  ///< the regime
+    Time epoch;                ///< of the bank
+    Time mixed;                ///< last interaction of the bank's models
+    Bank bank;
+    Time data_epoch;  ///< newest accepted measurement
+    std::array<Time, max_radars> contributed{};
     std::vector<Radar> radars;
-    std::optional<Time> last_fix;
+    std::optional<Time> accepted_fix;
+    std::optional<Measurement> candidate_fix;  ///< the first fix of a target without GPS, until a second one agrees
+    LastFix last_fix;
+    double nis = 0;
+    int nis_dof = 0;
+    int plots_rejected_in_row = 0;
+    int fixes_rejected_in_row = 0;
+  };
+  struct State {
+    std::vector<Target> targets;
     std::vector<SourceAccount> accounts;
   };
 
-  /// Throws std::invalid_argument for more than max_targets or max_radars.
+  /// Throws std::invalid_argument for more than max_radars radars.
   explicit Joint(MethodSettings settings);
 
   [[nodiscard]] State initial() const;
-  Outcome apply(State& state, const Measurement& m) const;
+  /// Gives a target its first estimate, and the regime with GPS.
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
+  Outcome apply(State& state, const Measurement& m) const;
+
+  [[nodiscard]] std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const;
+  /// GPS is part of the fused track: there is none beside it.
+  [[nodiscard]] std::optional<TrackEstimate> gps_track(const State&, int, Time) const { return std::nullopt; }
+  /// As the target knows it that last saw the radar; a target with GPS before one without.
+  [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
+  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
+    return state.accounts[static_cast<std::size_t>(source)];
+  }
 
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
-  /// First index of a target's and a radar's block.
-  [[nodiscard]] int target_at(int target) const { return target_size * target; }
-  [[nodiscard]] int radar_at(int radar) const { return target_size * settings_.targets + radar_size * radar; }
-
-  /// Position, velocity and acceleration of a started target, predicted by dt seconds (either sign).
-  [[nodiscard]] Gaussian<9> kinematics(const State& state, int target, double dt) const;
-  [[nodiscard]] BiasEstimate describe(const State& state, int radar) const;
+  [[nodiscard]] const ModelSet& models() const { return models_; }
+  [[nodiscard]] const BiasLayout& layout(const Target& target) const {
+    return target.without_gps ? layout_without_gps_ : layout_;
+  }
 
  private:
-  void predict(State& s, Time t) const;
-  void start_target(State& s, const Measurement& m) const;
-  void open_radar(State& s, int radar) const;
+  /// What a target's state starts with: all modes alike but for the ballistic one's specific force.
+  void set_motion(Target& t, const Gaussian<9>& motion) const;
+  void start_by(State& s, const Measurement& m, bool without_gps) const;
+  void restart_motion(Target& t, const Measurement& m) const;
+  void size_state(State& s, Target& t, bool without_gps) const;
+  [[nodiscard]] Gaussian<9> first_motion(const Measurement& m, bool without_gps) const;
+  void advance(Target& t, Time to) const;
+  void predict(Target& t, Time to) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
+  Outcome leave_regime(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
+  template <int M, class Linearise>
+  Outcome update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate, const Linearise& linearise) const;
   void after_rejection(State& s, const Measurement& m, Verdict verdict) const;
   [[nodiscard]] int source_of(const Measurement& m) const;
 
   MethodSettings settings_;
+  ModelSet models_;
+  BiasLayout layout_;
+  BiasLayout layout_without_gps_;
+  Mat<3, 3> mixing_;
+  double gate2_;
   double gate3_;
   double gate6_;
+  mutable Bank scratch_;  ///< of the interaction; nothing is remembered in it
 };
 
 }  // namespace downrange

@@ -1,6 +1,7 @@
 #pragma once
-/// How a vehicle moves: the models of ALGORITHMS.md section 2 on one state of nine entries, ECEF: position (m), velocity
-/// (m/s), and a third part in m/s^2 that is the acceleration, or the specific force where gravity is known to the model.
+/// How a vehicle moves: the models of ALGORITHMS.md section 2 on one state of nine entries, ECEF: position (m),
+/// velocity (m/s), and a third part in m/s^2 that is the acceleration, or the specific force where gravity is known to
+/// the model.
 
 #include <array>
 #include <downrange/est/gaussian.hpp>
@@ -21,8 +22,8 @@ struct MotionModel {
 /// The mean after dt seconds (either sign); the free-fall acceleration is taken at the middle of steps of at most 1 s.
 [[nodiscard]] Vec<9> predict_mean(const MotionModel& model, const Vec<9>& x, double dt);
 
-/// Process noise over |dt| as the coefficients of 3 x 3 identity blocks (position, velocity, third part squared); for dt
-/// < 0 the signs of a prediction towards the past.
+/// Process noise over |dt| as the coefficients of 3 x 3 identity blocks (position, velocity, third part squared); for
+/// dt < 0 the signs of a prediction towards the past.
 [[nodiscard]] Mat<3, 3> process_noise(const MotionModel& model, double dt);
 
 /// Mean and covariance after dt seconds (either sign).

@@ -10,14 +10,14 @@ namespace downrange {
 /// A predicted plot and its Jacobians. Rows: range (m), azimuth, elevation (rad).
 struct PredictedPlot {
   Vec<3> q = Vec<3>::Zero();
-  Mat<3, 9> d_motion = Mat<3, 9>::Zero();                        ///< by position, velocity, acceleration (ECEF)
+  Mat<3, 9> d_motion = Mat<3, 9>::Zero();                            ///< by position, velocity, acceleration (ECEF)
   Mat<3, bias_term_count> d_bias = Mat<3, bias_term_count>::Zero();  ///< by every term, indexed by BiasTerm
 };
 
 /// The plot stamped with the instant of `motion` (position, velocity, acceleration; ECEF):
-/// the time tag moves the target to t - tau, the SEZ scales and offsets displace it in the site's axes, the air bends the
-/// ray, then the polar scales and offsets act (ALGORITHMS.md section 3; the azimuth scale about south).
-/// `bias` is indexed by BiasTerm; entries that are zero have no effect.
+/// the time tag moves the target to t - tau, the SEZ scales and offsets displace it in the site's axes, the air bends
+/// the ray, then the polar scales and offsets act (ALGORITHMS.md section 3; the azimuth scale about south). `bias` is
+/// indexed by BiasTerm; entries that are zero have no effect.
 [[nodiscard]] PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion,
                                          const Vec<bias_term_count>& bias);
 

@@ -70,6 +70,13 @@ class Song2015 {
   Outcome apply(State& state, const Measurement& m) const;
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
 
+  [[nodiscard]] std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const;
+  [[nodiscard]] std::optional<TrackEstimate> gps_track(const State& state, int target, Time at) const;
+  [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
+  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
+    return state.accounts[static_cast<std::size_t>(source)];
+  }
+
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   [[nodiscard]] bool corrects() const { return correct_; }
 

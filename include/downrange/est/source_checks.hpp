@@ -3,6 +3,7 @@
 /// terms.
 
 #include <downrange/est/method.hpp>
+#include <span>
 
 namespace downrange {
 
@@ -30,6 +31,9 @@ struct LastFix {
 
 /// To be called with every fix, after it was used: `track_velocity` with `cov` is what the track then knows.
 void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocity, const Mat<3, 3>& cov);
+
+/// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
+[[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);
 
 /// Counts a verdict.
 void count(SourceAccount& account, Verdict verdict);

@@ -1,0 +1,158 @@
+#pragma once
+/// An estimate of many states of which each measurement touches two blocks: a target's motion and a radar's bias.
+/// What method joint, schmidt and the bound are made of.
+
+#include <array>
+#include <downrange/est/gaussian.hpp>
+#include <downrange/est/kinematics.hpp>
+#include <downrange/est/method.hpp>
+#include <downrange/est/plot_model.hpp>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace downrange {
+
+/// Mean and covariance of the whole state vector under one model of motion. Sized once: assigning does not allocate.
+struct Hypothesis {
+  Eigen::VectorXd x;
+  Eigen::MatrixXd P;  ///< symmetric; states that are switched off have zero rows
+};
+
+/// Where one radar's bias stands in a state vector: its terms, then, where `coloured`, the slow errors of azimuth and
+/// elevation.
+struct RadarBlock {
+  static constexpr int max_size = bias_term_count + 2;
+
+  int at = 0;
+  int terms = 0;
+  bool coloured = false;
+  std::array<BiasTerm, bias_term_count> term{};
+  BiasModel model;
+
+  [[nodiscard]] int size() const { return terms + (coloured ? 2 : 0); }
+  /// The bias in `x` indexed by BiasTerm; terms that are not there are zero. Slow angle errors count as offsets.
+  [[nodiscard]] Vec<bias_term_count> bias(const Eigen::VectorXd& x) const;
+  /// 1-sigma of each term before any data.
+  [[nodiscard]] Vec<BiasEstimate::max_terms> prior_sigma() const;
+};
+
+/// The blocks of all radars, one behind the other from `first` on.
+struct BiasLayout {
+  int first = 0;
+  int size = 0;  ///< of all blocks
+  std::vector<RadarBlock> radars;
+};
+
+[[nodiscard]] BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first);
+/// What holds until the first fix: tight priors, no sez_offset, slow angle errors.
+[[nodiscard]] BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime,
+                                                 int first);
+
+/// Entries [at, at + size) as if nothing were known but mean and covariance given.
+void reset_block(Hypothesis& h, int at, const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov);
+void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime);
+
+/// Motion of the nine states from `at`, F P F' + Q by rows and columns: what is constant is never multiplied.
+void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt);
+/// First-order Gauss-Markov states [at, at + size) with stationary 1-sigma and correlation time.
+void predict_gauss_markov(Hypothesis& h, int at, int size, double sigma, double tau_s, double dt);
+/// Drift of the terms and of the slow angle errors.
+void predict_bias(Hypothesis& h, const BiasLayout& layout, const NoGpsRegime& regime, double dt);
+
+/// Rows of a Jacobian that is zero outside the block of a motion and that of a radar.
+template <int M>
+struct BlockJacobian {
+  int motion_at = 0;
+  int motion_size = 9;                        ///< 9, or 12 where the errors of GPS follow
+  Mat<M, 12> of_motion = Mat<M, 12>::Zero();  ///< the first motion_size columns count
+  int radar_at = 0;
+  int radar_size = 0;  ///< 0: no radar
+  Mat<M, RadarBlock::max_size> of_radar = Mat<M, RadarBlock::max_size>::Zero();
+};
+
+/// Most states a hypothesis may have: what intermediate results on the stack are sized for.
+inline constexpr int max_states = 1000;
+
+template <int M>
+using Columns = Eigen::Matrix<double, Eigen::Dynamic, M, 0, max_states, M>;
+
+/// What a measurement says about a hypothesis before it is used.
+template <int M>
+struct Evidence {
+  Vec<M> nu;        ///< measured minus predicted, angles wrapped
+  Mat<M, M> S;      ///< H P H' + R
+  Columns<M> W;     ///< P H' L^-T, S = L L': the gain is W L^-1
+  Vec<M> whitened;  ///< L^-1 nu
+  double nis = 0;
+  double log_likelihood = -std::numeric_limits<double>::infinity();
+  bool singular = true;
+};
+
+template <int M>
+[[nodiscard]] Evidence<M> weigh(const Hypothesis& h, const BlockJacobian<M>& H, const Vec<M>& nu, const Mat<M, M>& R) {
+  Evidence<M> e;
+  e.nu = nu;
+  Columns<M> PHt(h.x.size(), M);
+  if (H.motion_size == 9) {
+    PHt.noalias() = h.P.middleCols<9>(H.motion_at) * H.of_motion.template leftCols<9>().transpose();
+  } else {
+    PHt.noalias() = h.P.middleCols<12>(H.motion_at) * H.of_motion.transpose();
+  }
+  if (H.radar_size > 0)
+    PHt.noalias() += h.P.middleCols(H.radar_at, H.radar_size) * H.of_radar.leftCols(H.radar_size).transpose();
+  e.S = H.of_motion.leftCols(H.motion_size) * PHt.middleRows(H.motion_at, H.motion_size) + R;
+  if (H.radar_size > 0) e.S += H.of_radar.leftCols(H.radar_size) * PHt.middleRows(H.radar_at, H.radar_size);
+  const Eigen::LLT<Mat<M, M>> llt(e.S);
+  if (llt.info() != Eigen::Success) return e;
+  e.singular = false;
+  e.whitened = llt.matrixL().solve(nu);
+  e.nis = e.whitened.squaredNorm();
+  e.log_likelihood = -e.nis / 2 - Mat<M, M>(llt.matrixL()).diagonal().array().log().sum();
+  e.W = llt.matrixL().solve(PHt.transpose()).transpose();
+  return e;
+}
+
+/// Kalman update: x + W L^-1 nu, P - W W'.
+template <int M>
+void take(Hypothesis& h, const Evidence<M>& e) {
+  h.x.noalias() += e.W * e.whitened;
+  h.P.selfadjointView<Eigen::Lower>().rankUpdate(e.W, -1.0);
+  h.P.triangularView<Eigen::StrictlyUpper>() = h.P.transpose();
+}
+
+/// Jacobian and residual of a plot for the motion at `motion_at` (nine states) and the bias block of its radar.
+struct PlotLinearisation {
+  BlockJacobian<3> H;
+  Vec<3> nu;
+};
+[[nodiscard]] PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model,
+                                               const RadarModel& radar, const RadarBlock& block, const Polar& plot);
+
+/// Several hypotheses under the models of a set, with their probabilities: interacting multiple models (Blom,
+/// Bar-Shalom 1988) over the whole state vector.
+struct Bank {
+  int count = 1;
+  std::array<Hypothesis, ModelSet::max_models> mode;
+  std::array<double, ModelSet::max_models> probability{1, 0, 0};
+};
+
+/// Probability of a change from row to column within dt seconds.
+[[nodiscard]] Mat<3, 3> transition_probabilities(const Mat<3, 3>& rates, double dt);
+
+/// One interaction. `motion_at`: the nine states; a ballistic model takes over position, velocity and biases of the
+/// others, while their specific force becomes its own prior. `scratch` has the size of the bank.
+void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& transition, int motion_at, Bank& scratch);
+
+/// Bayes on the probabilities.
+void reweigh(Bank& bank, const std::array<double, ModelSet::max_models>& log_likelihood);
+
+/// The most probable hypothesis.
+[[nodiscard]] int likeliest(const Bank& bank);
+
+/// Position, velocity, acceleration of the mixture after dt seconds, moment-matched.
+[[nodiscard]] Gaussian<9> combined_motion(const Bank& bank, const ModelSet& set, int motion_at, double dt);
+/// One radar's terms, values and covariance of the mixture; the rest of the estimate is the caller's.
+[[nodiscard]] BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block);
+
+}  // namespace downrange

@@ -1,0 +1,260 @@
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/hypothesis.hpp>
+
+namespace downrange {
+namespace {
+
+RadarBlock block_of(const BiasModel& model, int at) {
+  RadarBlock block;
+  block.at = at;
+  block.terms = static_cast<int>(model.terms.size());
+  std::ranges::copy(model.terms, block.term.begin());
+  block.model = model;
+  return block;
+}
+
+Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
+
+}  // namespace
+
+Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
+  Vec<bias_term_count> b = Vec<bias_term_count>::Zero();
+  for (int i = 0; i < terms; ++i) b[index(term[static_cast<std::size_t>(i)])] = x[at + i];
+  if (coloured) {
+    b[index(BiasTerm::OffsetAzimuth)] += x[at + terms];
+    b[index(BiasTerm::OffsetElevation)] += x[at + terms + 1];
+  }
+  return b;
+}
+
+Vec<BiasEstimate::max_terms> RadarBlock::prior_sigma() const {
+  Vec<BiasEstimate::max_terms> sigma = Vec<BiasEstimate::max_terms>::Zero();
+  for (int i = 0; i < terms; ++i) {
+    const Eigen::Index k = index(term[static_cast<std::size_t>(i)]);
+    sigma[i] = std::sqrt(model.prior_cov(k, k));
+  }
+  return sigma;
+}
+
+BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
+  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  for (const RadarModel& radar : radars) {
+    layout.radars.push_back(block_of(radar.bias, first + layout.size));
+    layout.size += layout.radars.back().size();
+  }
+  return layout;
+}
+
+BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime, int first) {
+  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  const auto tighten = [](BiasModel& model, BiasTerm term, double sigma) {
+    const Eigen::Index k = index(term);
+    if (model.prior_cov(k, k) <= sigma * sigma) return;
+    const double factor = sigma / std::sqrt(model.prior_cov(k, k));
+    model.prior_cov.row(k) *= factor;
+    model.prior_cov.col(k) *= factor;
+  };
+  for (const RadarModel& radar : radars) {
+    BiasModel model = radar.bias;
+    std::erase_if(model.terms, [](BiasTerm term) { return term <= BiasTerm::OffsetZenith; });
+    tighten(model, BiasTerm::OffsetRange, regime.offset_prior_m);
+    tighten(model, BiasTerm::OffsetAzimuth, regime.angle_prior_rad);
+    tighten(model, BiasTerm::OffsetElevation, regime.angle_prior_rad);
+    RadarBlock block = block_of(model, first + layout.size);
+    block.coloured = true;
+    layout.size += block.size();
+    layout.radars.push_back(std::move(block));
+  }
+  return layout;
+}
+
+void reset_block(Hypothesis& h, int at, const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov) {
+  const Eigen::Index n = mean.size();
+  h.x.segment(at, n) = mean;
+  h.P.middleRows(at, n).setZero();
+  h.P.middleCols(at, n).setZero();
+  h.P.block(at, at, n, n) = cov;
+}
+
+void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime) {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
+  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(block.size(), block.size());
+  for (int i = 0; i < block.terms; ++i) {
+    const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
+    mean[i] = block.model.prior_mean[k];
+    for (int j = 0; j < block.terms; ++j)
+      cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
+  }
+  if (block.coloured)
+    cov.diagonal().tail<2>().setConstant(regime.coloured_angle_sigma_rad * regime.coloured_angle_sigma_rad);
+  reset_block(h, block.at, mean, cov);
+}
+
+void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt) {
+  h.x.segment<9>(at) = predict_mean(model, h.x.segment<9>(at), dt);
+  const double half = dt * dt / 2;
+  Eigen::MatrixXd& P = h.P;
+  P.middleCols<3>(at) += dt * P.middleCols<3>(at + 3) + half * P.middleCols<3>(at + 6);
+  P.middleCols<3>(at + 3) += dt * P.middleCols<3>(at + 6);
+  // The rows of the other states are the transposed columns just made; within the block F acts from the left as well.
+  P.block<3, 9>(at, at) += dt * P.block<3, 9>(at + 3, at) + half * P.block<3, 9>(at + 6, at);
+  P.block<3, 9>(at + 3, at) += dt * P.block<3, 9>(at + 6, at);
+  const Mat<3, 3> Q = process_noise(model, dt);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      P.block<3, 3>(at + 3 * row, at + 3 * column).diagonal().array() += Q(row, column);
+  }
+  const Eigen::Index before = at;
+  const Eigen::Index after = P.rows() - at - 9;
+  P.block(at, 0, 9, before) = P.block(0, at, before, 9).transpose();
+  P.block(at, at + 9, 9, after) = P.block(at + 9, at, after, 9).transpose();
+}
+
+void predict_gauss_markov(Hypothesis& h, int at, int size, double sigma, double tau_s, double dt) {
+  const double phi = std::exp(-std::abs(dt) / tau_s);
+  h.x.segment(at, size) *= phi;
+  h.P.middleRows(at, size) *= phi;
+  h.P.middleCols(at, size) *= phi;
+  h.P.block(at, at, size, size).diagonal().array() += sigma * sigma * (1 - phi * phi);
+}
+
+void predict_bias(Hypothesis& h, const BiasLayout& layout, const NoGpsRegime& regime, double dt) {
+  for (const RadarBlock& block : layout.radars) {
+    for (int i = 0; i < block.terms; ++i) {
+      const double drift = block.model.drift[index(block.term[static_cast<std::size_t>(i)])];
+      h.P(block.at + i, block.at + i) += drift * drift * dt;
+    }
+    if (block.coloured)
+      predict_gauss_markov(h, block.at + block.terms, 2, regime.coloured_angle_sigma_rad, regime.coloured_angle_tau_s,
+                           dt);
+  }
+}
+
+PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model, const RadarModel& radar,
+                                 const RadarBlock& block, const Polar& plot) {
+  Vec<9> motion = h.x.segment<9>(motion_at);
+  motion.tail<3>() = acceleration(model, motion);
+  const PredictedPlot predicted = predict_plot(radar, motion, block.bias(h.x));
+  PlotLinearisation l;
+  l.nu = plot_residual(plot, predicted.q);
+  l.H.motion_at = motion_at;
+  l.H.of_motion.leftCols<9>() = predicted.d_motion;
+  l.H.radar_at = block.at;
+  l.H.radar_size = block.size();
+  for (int i = 0; i < block.terms; ++i)
+    l.H.of_radar.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
+  if (block.coloured) {
+    l.H.of_radar.col(block.terms) = predicted.d_bias.col(index(BiasTerm::OffsetAzimuth));
+    l.H.of_radar.col(block.terms + 1) = predicted.d_bias.col(index(BiasTerm::OffsetElevation));
+  }
+  return l;
+}
+
+Mat<3, 3> transition_probabilities(const Mat<3, 3>& rates, double dt) {
+  // exp(rates dt) by scaling and squaring of its Taylor series: rates of less than one in dt / 2^10.
+  const Mat<3, 3> A = rates * (dt / 1024);
+  Mat<3, 3> T = Mat<3, 3>::Identity() + A + A * A / 2;
+  for (int i = 0; i < 10; ++i) T = (T * T).eval();
+  return T;
+}
+
+void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& transition, int motion_at, Bank& scratch) {
+  if (bank.count == 1) return;
+  const Eigen::Index n = bank.mode[0].x.size();
+  const int force_at = motion_at + 6;
+  std::array<double, ModelSet::max_models> predicted{};
+  for (int to = 0; to < bank.count; ++to) {
+    const auto j = static_cast<std::size_t>(to);
+    Hypothesis& out = scratch.mode[j];
+    out.x.setZero(n);
+    out.P.setZero(n, n);
+    std::array<double, ModelSet::max_models> weight{};
+    for (int from = 0; from < bank.count; ++from) {
+      weight[static_cast<std::size_t>(from)] = transition(from, to) * bank.probability[static_cast<std::size_t>(from)];
+      predicted[j] += weight[static_cast<std::size_t>(from)];
+    }
+    const double own = weight[j] / predicted[j];
+    for (int from = 0; from < bank.count; ++from) {
+      const auto i = static_cast<std::size_t>(from);
+      weight[i] /= predicted[j];
+      out.x += weight[i] * bank.mode[i].x;
+    }
+    for (int from = 0; from < bank.count; ++from) {
+      const auto i = static_cast<std::size_t>(from);
+      out.P += weight[i] * bank.mode[i].P;
+      const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_states, 1> d = bank.mode[i].x - out.x;
+      out.P.noalias() += weight[i] * d * d.transpose();
+    }
+    if (to == set.ballistic) {
+      // The other models' specific force is nothing that a ballistic one could have: it enters as zero with its prior.
+      const Hypothesis& mine = bank.mode[j];
+      out.x.segment<3>(force_at) = own * mine.x.segment<3>(force_at);
+      out.P.middleCols<3>(force_at) = own * mine.P.middleCols<3>(force_at);
+      out.P.block<3, 3>(force_at, force_at).diagonal().array() +=
+          (1 - own) * ballistic_sigma_m_s2 * ballistic_sigma_m_s2;
+      out.P.middleRows<3>(force_at) = out.P.middleCols<3>(force_at).transpose();
+    }
+  }
+  for (int i = 0; i < bank.count; ++i) {
+    const auto j = static_cast<std::size_t>(i);
+    std::swap(bank.mode[j], scratch.mode[j]);
+    bank.probability[j] = predicted[j];
+  }
+}
+
+void reweigh(Bank& bank, const std::array<double, ModelSet::max_models>& log_likelihood) {
+  const auto count = static_cast<std::size_t>(bank.count);
+  constexpr double least = 1e-12;  // a model that explains nothing today must be able to come back
+  const double best = *std::max_element(log_likelihood.begin(), log_likelihood.begin() + bank.count);
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    bank.probability[i] = std::max(least, bank.probability[i] * std::exp(log_likelihood[i] - best));
+    sum += bank.probability[i];
+  }
+  for (std::size_t i = 0; i < count; ++i) bank.probability[i] /= sum;
+}
+
+int likeliest(const Bank& bank) {
+  const auto end = bank.probability.begin() + bank.count;
+  return static_cast<int>(std::max_element(bank.probability.begin(), end) - bank.probability.begin());
+}
+
+Gaussian<9> combined_motion(const Bank& bank, const ModelSet& set, int motion_at, double dt) {
+  std::array<Gaussian<9>, ModelSet::max_models> modes;
+  Gaussian<9> all{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
+    const Hypothesis& h = bank.mode[i];
+    modes[i] =
+        predict(set.model[i], {.mean = h.x.segment<9>(motion_at), .cov = h.P.block<9, 9>(motion_at, motion_at)}, dt);
+    modes[i].mean.tail<3>() = acceleration(set.model[i], modes[i].mean);
+    all.mean += bank.probability[i] * modes[i].mean;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
+    const Vec<9> d = modes[i].mean - all.mean;
+    all.cov += bank.probability[i] * (modes[i].cov + d * d.transpose());
+  }
+  return all;
+}
+
+BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block) {
+  BiasEstimate b;
+  b.terms = block.terms;
+  b.term = block.term;
+  const auto value = b.value.head(block.terms);
+  auto cov = b.cov.topLeftCorner(block.terms, block.terms);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i)
+    b.value.head(block.terms) += bank.probability[i] * bank.mode[i].x.segment(block.at, block.terms);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
+    const Vec<BiasEstimate::max_terms> d = [&] {
+      Vec<BiasEstimate::max_terms> all = Vec<BiasEstimate::max_terms>::Zero();
+      all.head(block.terms) = bank.mode[i].x.segment(block.at, block.terms) - value;
+      return all;
+    }();
+    cov += bank.probability[i] * (bank.mode[i].P.block(block.at, block.at, block.terms, block.terms) +
+                                  d.head(block.terms) * d.head(block.terms).transpose());
+  }
+  return b;
+}
+
+}  // namespace downrange
