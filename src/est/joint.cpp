@@ -336,7 +336,7 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
-  const Vec<3> variance = plot_variance(radar);
+  const Vec<3> variance = plot_variance(radar, m.plot.elevation_rad);
   if (radar.measures_range) {
     return update<3>(t, s.accounts[source], variance.asDiagonal(), gate3_,
                      [&](const Hypothesis& h, const MotionModel& model) {

@@ -1,7 +1,15 @@
+#include <algorithm>
+#include <cmath>
 #include <downrange/est/plot_model.hpp>
 #include <numbers>
 
 namespace downrange {
+namespace {
+
+/// Above 89.4 degrees of elevation the azimuth says nothing: its noise grows no further.
+constexpr double least_cos_elevation = 0.01;
+
+}  // namespace
 
 PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion, const Vec<bias_term_count>& bias) {
   const auto part = [&bias](BiasTerm first) -> Vec<3> { return bias.segment<3>(static_cast<Eigen::Index>(first)); };
@@ -39,8 +47,9 @@ Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted) {
   return {plot.range_m - predicted[0], wrap_pi(plot.azimuth_rad - predicted[1]), plot.elevation_rad - predicted[2]};
 }
 
-Vec<3> plot_variance(const RadarModel& radar) {
-  return Vec<3>(radar.sigma.range_m, radar.sigma.azimuth_rad, radar.sigma.elevation_rad).cwiseAbs2();
+Vec<3> plot_variance(const RadarModel& radar, double elevation_rad) {
+  const double on_sky = radar.azimuth_sigma_on_sky ? std::max(std::cos(elevation_rad), least_cos_elevation) : 1;
+  return Vec<3>(radar.sigma.range_m, radar.sigma.azimuth_rad / on_sky, radar.sigma.elevation_rad).cwiseAbs2();
 }
 
 }  // namespace downrange

@@ -83,6 +83,9 @@ struct SourceAccount {
 struct RadarModel {
   Site site;
   PolarSigma sigma;  ///< as the filter uses it, inflation included
+  /// sigma.azimuth_rad is on the sky, as a mount's pointing errors are: the noise of the azimuth itself is that over
+  /// cos(elevation). False: it is the axis's own.
+  bool azimuth_sigma_on_sky = false;
   /// Terms of method joint and schmidt; song2015 always uses its own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
   double refractivity = 0;     ///< N-units at the site's surface; 0: plots are free of refraction, or corrected already

@@ -24,7 +24,7 @@ struct PredictedPlot {
 /// Plot minus prediction, angles wrapped.
 [[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
 
-/// Diagonal of the noise covariance of a plot.
-[[nodiscard]] Vec<3> plot_variance(const RadarModel& radar);
+/// Diagonal of the noise covariance of a plot at that elevation.
+[[nodiscard]] Vec<3> plot_variance(const RadarModel& radar, double elevation_rad);
 
 }  // namespace downrange
