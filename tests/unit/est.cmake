@@ -8,3 +8,8 @@ downrange_test(est_consistency_test ${CMAKE_CURRENT_LIST_DIR}/est_consistency_te
 downrange_test(est_assignment_test ${CMAKE_CURRENT_LIST_DIR}/est_assignment_test.cpp LIBS downrange_est)
 downrange_test(est_input_estimation_test ${CMAKE_CURRENT_LIST_DIR}/est_input_estimation_test.cpp
                LIBS downrange_est nlohmann_json::nlohmann_json)
+downrange_test(est_track_fusion_test ${CMAKE_CURRENT_LIST_DIR}/est_track_fusion_test.cpp
+               LIBS downrange_est nlohmann_json::nlohmann_json)
+downrange_test(est_parallax_test ${CMAKE_CURRENT_LIST_DIR}/est_parallax_test.cpp
+               LIBS downrange_est nlohmann_json::nlohmann_json)
+downrange_test(est_track_association_test ${CMAKE_CURRENT_LIST_DIR}/est_track_association_test.cpp LIBS downrange_est)
