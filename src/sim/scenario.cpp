@@ -77,6 +77,7 @@ RadarScenario read_radar(TomlSection toml, const RangeConfig& range, const Scena
   radar.track = read_window(toml, "track_from_s", "track_to_s", {scenario.start_s, scenario.end_s});
   radar.range_max_m = toml.number("range_max_m", from_zero, known.range_max_m);
   radar.elevation_min_rad = toml.number("elevation_min_deg", {-90, 90}, known.elevation_min_rad / deg) * deg;
+  radar.refractivity = toml.number("refractivity_n", {0, 500}, 0);
   radar.dropout_probability = toml.number("dropout_probability", probability, 0);
   radar.outages = toml.windows("outages_s");
   radar.outlier_probability = toml.number("outlier_probability", probability, 0);

@@ -46,6 +46,7 @@ struct RadarScenario {
   Window track;
   double range_max_m = 0;
   double elevation_min_rad = 0;
+  double refractivity = 0;  ///< N-units at the site: range and elevation are refracted (geo/refraction.hpp)
   double dropout_probability = 0;
   std::vector<Window> outages;
   double outlier_probability = 0;

@@ -117,11 +117,14 @@ RadarBias draw_bias(const RadarScenario& radar, std::uint64_t seed) {
   return bias;
 }
 
-Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias) {
+Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias, const Atmosphere& atmosphere) {
   const Rotation<Sez, Enu> R_sez_enu = sez_from_enu();
   const Displacement<Sez> d_sez = R_sez_enu * true_enu;
   const Displacement<Sez> displaced{d_sez.m + bias.sez_offset_m + bias.sez_scale.cwiseProduct(d_sez.m)};
-  const Polar q = polar_from_enu(R_sez_enu.inverse() * displaced);
+  Polar q = polar_from_enu(R_sez_enu.inverse() * displaced);
+  const Refraction refraction = refraction_at_true(atmosphere, q.range_m, q.elevation_rad);
+  q.range_m += refraction.range_m;
+  q.elevation_rad += refraction.elevation_rad;
   const double from_south = wrap_pi(q.azimuth_rad - azimuth_reference_rad);
   return {q.range_m + bias.offset.range_m + bias.scale[0] * q.range_m,
           wrap_two_pi(q.azimuth_rad + bias.offset.azimuth_rad + bias.scale[1] * from_south),
@@ -138,6 +141,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
   const double step_s = 1 / radar.rate_hz;
   ColouredNoise slow_azimuth(slow, radar.coloured_angle_sigma_rad, radar.coloured_angle_tau_s, step_s);
   ColouredNoise slow_elevation(slow, radar.coloured_angle_sigma_rad, radar.coloured_angle_tau_s, step_s);
+  const Atmosphere atmosphere = atmosphere_over(radar.site.geodetic(), radar.refractivity);
   OrderedLink link;
 
   for (const double t_s : sample_times(radar.rate_hz, radar.phase_s, radar.track)) {
@@ -166,7 +170,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
     plot.sequence = run.plots.size() + 1;
     plot.epoch = scenario.liftoff + seconds(t_s);
     plot.received = link.deliver(true_time, delay_s);
-    plot.measured = biased(d_enu, run.bias);
+    plot.measured = biased(d_enu, run.bias, atmosphere);
     plot.measured.range_m += range_noise;
     plot.measured.azimuth_rad += azimuth_noise;
     plot.measured.elevation_rad += elevation_noise;

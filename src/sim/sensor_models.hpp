@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <downrange/geo/polar.hpp>
+#include <downrange/geo/refraction.hpp>
 #include <downrange/geo/site.hpp>
 #include <downrange/stage/event.hpp>
 #include <vector>
@@ -16,9 +17,9 @@ namespace downrange::sim {
 /// The true bias of a radar in one run: the fixed part plus what `seed` draws.
 [[nodiscard]] RadarBias draw_bias(const RadarScenario& radar, std::uint64_t seed);
 
-/// What a noise-free radar with `bias` measures of a target at `true_enu` from it (the time tag apart). Azimuth in
-/// [0, 2 pi).
-[[nodiscard]] Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias);
+/// What a noise-free radar with `bias` measures of a target at `true_enu` from it (the time tag apart): the target is
+/// displaced, its echo refracted, then the polar terms act. Azimuth in [0, 2 pi).
+[[nodiscard]] Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias, const Atmosphere& atmosphere = {});
 
 struct RadarRun {
   RadarBias bias;

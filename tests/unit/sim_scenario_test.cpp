@@ -143,9 +143,14 @@ TEST_F(ScenarioFile, DefaultsHold) {
   EXPECT_TRUE(scenario.simulated);
   EXPECT_EQ(scenario.seed, 1u);
   EXPECT_EQ(scenario.radars[0].sigma.range_m, 25);
+  EXPECT_EQ(scenario.radars[0].refractivity, 0);
   EXPECT_EQ(scenario.radars[0].track, Window(-10, 100));
   EXPECT_EQ(scenario.gps.active, Window(-10, 100));
   EXPECT_EQ(scenario.profile.azimuth_rad, 170 * deg);
+}
+
+TEST_F(ScenarioFile, RefractivityIsARadarsKey) {
+  EXPECT_EQ(load(minimal + "[[radar]]\nid = \"jeju\"\nrefractivity_n = 320\n").radars[0].refractivity, 320);
 }
 
 TEST_F(ScenarioFile, LiftoffTakesAnOffset) {
@@ -183,6 +188,8 @@ TEST_F(ScenarioFile, ComplaintsNameFileLineKeyAndWhatIsAllowed) {
   EXPECT_EQ(complaint(minimal + "from_s = 50\nto_s = 40\n"), "s.toml:12: gps.to_s: must be after from_s");
   EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\nlatency_ms = 10\nlatency_jitter_ms = 20\n"),
             "s.toml:14: radar.latency_jitter_ms: 20 is not allowed: 0 to 10");
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\nrefractivity_n = 501\n"),
+            "s.toml:13: radar.refractivity_n: 501 is not allowed: 0 to 500");
   EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias]\nrange = 1\n").substr(0, 41),
             "s.toml:14: radar.bias.range: is not a key");
   EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias_sigma]\nrange_m = -1\n"),

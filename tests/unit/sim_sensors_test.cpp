@@ -174,6 +174,27 @@ TEST(Radar, BiasTermsActAsDocumented) {
   EXPECT_NEAR(moved.z(), 2000 * 1.003 + 30, 1e-9);
 }
 
+TEST(Radar, RefractionComesBeforeThePolarTerms) {
+  Scenario scenario = make_scenario();
+  RadarScenario& radar = scenario.radars[0];
+  radar.sigma = {};
+  const Simulation straight(scenario, seed);
+  radar.refractivity = 320;
+  radar.bias.scale = {1e-2, 0, 0};
+  const Simulation refracted(scenario, seed);
+  const auto plots = plots_of(refracted, "one");
+  ASSERT_EQ(plots.size(), plots_of(straight, "one").size());
+  const Atmosphere atmosphere = atmosphere_over(radar.site.geodetic(), 320);
+  for (std::size_t i = 0; i < plots.size(); i += 100) {
+    const Polar q = true_polar(straight, radar.site, plots[i].epoch);
+    const Refraction refraction = refraction_at_true(atmosphere, q.range_m, q.elevation_rad);
+    EXPECT_GT(refraction.range_m, 1);
+    EXPECT_NEAR(plots[i].measured.range_m, 1.01 * (q.range_m + refraction.range_m), 1e-6);
+    EXPECT_NEAR(plots[i].measured.elevation_rad, q.elevation_rad + refraction.elevation_rad, 1e-12);
+    EXPECT_NEAR(plots[i].measured.azimuth_rad, q.azimuth_rad, 1e-12);
+  }
+}
+
 TEST(Radar, FastClockStampsLate) {
   Scenario scenario = make_scenario();
   scenario.radars[0].sigma = {};
