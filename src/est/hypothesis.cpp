@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <downrange/est/hypothesis.hpp>
+#include <downrange/est/imm.hpp>
 
 namespace downrange {
 namespace {
@@ -151,44 +152,27 @@ PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const Motio
   return l;
 }
 
-Mat<3, 3> transition_probabilities(const Mat<3, 3>& rates, double dt) {
-  // exp(rates dt) by scaling and squaring of its Taylor series: rates of less than one in dt / 2^10.
-  const Mat<3, 3> A = rates * (dt / 1024);
-  Mat<3, 3> T = Mat<3, 3>::Identity() + A + A * A / 2;
-  for (int i = 0; i < 10; ++i) T = (T * T).eval();
-  return T;
-}
-
-void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& transition, int motion_at, Bank& scratch) {
+void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch) {
   if (bank.count == 1) return;
   const Eigen::Index n = bank.mode[0].x.size();
   const int force_at = motion_at + 6;
-  std::array<double, ModelSet::max_models> predicted{};
+  const auto mixing = imm::mixing_weights<ModelSet::max_models>(bank.probability, switching);
   for (int to = 0; to < bank.count; ++to) {
-    const auto j = static_cast<std::size_t>(to);
-    Hypothesis& out = scratch.mode[j];
+    Hypothesis& out = scratch.mode[static_cast<std::size_t>(to)];
     out.x.setZero(n);
     out.P.setZero(n, n);
-    std::array<double, ModelSet::max_models> weight{};
+    for (int from = 0; from < bank.count; ++from)
+      out.x += mixing.weights(from, to) * bank.mode[static_cast<std::size_t>(from)].x;
     for (int from = 0; from < bank.count; ++from) {
-      weight[static_cast<std::size_t>(from)] = transition(from, to) * bank.probability[static_cast<std::size_t>(from)];
-      predicted[j] += weight[static_cast<std::size_t>(from)];
-    }
-    const double own = weight[j] / predicted[j];
-    for (int from = 0; from < bank.count; ++from) {
-      const auto i = static_cast<std::size_t>(from);
-      weight[i] /= predicted[j];
-      out.x += weight[i] * bank.mode[i].x;
-    }
-    for (int from = 0; from < bank.count; ++from) {
-      const auto i = static_cast<std::size_t>(from);
-      out.P += weight[i] * bank.mode[i].P;
-      const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_states, 1> d = bank.mode[i].x - out.x;
-      out.P.noalias() += weight[i] * d * d.transpose();
+      const Hypothesis& h = bank.mode[static_cast<std::size_t>(from)];
+      const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_states, 1> d = h.x - out.x;
+      out.P += mixing.weights(from, to) * h.P;
+      out.P.noalias() += mixing.weights(from, to) * d * d.transpose();
     }
     if (to == set.ballistic) {
       // The other models' specific force is nothing that a ballistic one could have: it enters as zero with its prior.
-      const Hypothesis& mine = bank.mode[j];
+      const Hypothesis& mine = bank.mode[static_cast<std::size_t>(to)];
+      const double own = mixing.weights(to, to);
       out.x.segment<3>(force_at) = own * mine.x.segment<3>(force_at);
       out.P.middleCols<3>(force_at) = own * mine.P.middleCols<3>(force_at);
       out.P.block<3, 3>(force_at, force_at).diagonal().array() +=
@@ -196,45 +180,34 @@ void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& transition, int motio
       out.P.middleRows<3>(force_at) = out.P.middleCols<3>(force_at).transpose();
     }
   }
-  for (int i = 0; i < bank.count; ++i) {
-    const auto j = static_cast<std::size_t>(i);
-    std::swap(bank.mode[j], scratch.mode[j]);
-    bank.probability[j] = predicted[j];
-  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) std::swap(bank.mode[i], scratch.mode[i]);
+  bank.probability = mixing.predicted;
 }
 
-void reweigh(Bank& bank, const std::array<double, ModelSet::max_models>& log_likelihood) {
-  const auto count = static_cast<std::size_t>(bank.count);
-  constexpr double least = 1e-12;  // a model that explains nothing today must be able to come back
-  const double best = *std::max_element(log_likelihood.begin(), log_likelihood.begin() + bank.count);
-  double sum = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    bank.probability[i] = std::max(least, bank.probability[i] * std::exp(log_likelihood[i] - best));
-    sum += bank.probability[i];
-  }
-  for (std::size_t i = 0; i < count; ++i) bank.probability[i] /= sum;
+void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods) {
+  if (bank.count == 1) return;
+  // A model that explains nothing now must be able to come back.
+  constexpr double least = 1e-12;
+  const Vec<ModelSet::max_models> mu =
+      imm::update_probabilities<ModelSet::max_models>(bank.probability, log_likelihoods).cwiseMax(least);
+  bank.probability = mu / mu.sum();
 }
 
 int likeliest(const Bank& bank) {
-  const auto end = bank.probability.begin() + bank.count;
-  return static_cast<int>(std::max_element(bank.probability.begin(), end) - bank.probability.begin());
+  Eigen::Index best = 0;
+  bank.probability.maxCoeff(&best);
+  return static_cast<int>(best);
 }
 
 Gaussian<9> combined_motion(const Bank& bank, const ModelSet& set, int motion_at, double dt) {
-  std::array<Gaussian<9>, ModelSet::max_models> modes;
-  Gaussian<9> all{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
+  imm::Bank<9, ModelSet::max_models> modes;
   for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
     const Hypothesis& h = bank.mode[i];
     modes[i] =
         predict(set.model[i], {.mean = h.x.segment<9>(motion_at), .cov = h.P.block<9, 9>(motion_at, motion_at)}, dt);
     modes[i].mean.tail<3>() = acceleration(set.model[i], modes[i].mean);
-    all.mean += bank.probability[i] * modes[i].mean;
   }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
-    const Vec<9> d = modes[i].mean - all.mean;
-    all.cov += bank.probability[i] * (modes[i].cov + d * d.transpose());
-  }
-  return all;
+  return bank.count == 1 ? modes[0] : imm::combine<9, ModelSet::max_models>(modes, bank.probability);
 }
 
 BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block) {
@@ -244,15 +217,17 @@ BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block) {
   const auto value = b.value.head(block.terms);
   auto cov = b.cov.topLeftCorner(block.terms, block.terms);
   for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i)
-    b.value.head(block.terms) += bank.probability[i] * bank.mode[i].x.segment(block.at, block.terms);
+    b.value.head(block.terms) +=
+        bank.probability[static_cast<Eigen::Index>(i)] * bank.mode[i].x.segment(block.at, block.terms);
   for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
     const Vec<BiasEstimate::max_terms> d = [&] {
       Vec<BiasEstimate::max_terms> all = Vec<BiasEstimate::max_terms>::Zero();
       all.head(block.terms) = bank.mode[i].x.segment(block.at, block.terms) - value;
       return all;
     }();
-    cov += bank.probability[i] * (bank.mode[i].P.block(block.at, block.at, block.terms, block.terms) +
-                                  d.head(block.terms) * d.head(block.terms).transpose());
+    cov += bank.probability[static_cast<Eigen::Index>(i)] *
+           (bank.mode[i].P.block(block.at, block.at, block.terms, block.terms) +
+            d.head(block.terms) * d.head(block.terms).transpose());
   }
   return b;
 }

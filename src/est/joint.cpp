@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <downrange/est/imm.hpp>
 #include <downrange/est/joint.hpp>
 #include <limits>
 #include <stdexcept>
@@ -36,7 +37,7 @@ Joint::Joint(MethodSettings settings)
       models_(model_set(settings_)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
-      mixing_(transition_probabilities(models_.rates, mixing_step.seconds())),
+      switching_(imm::switching_over<3>(models_.rates, mixing_step.seconds())),
       gate2_(chi2_quantile(settings_.gate_probability, 2)),
       gate3_(chi2_quantile(settings_.gate_probability, 3)),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
@@ -188,10 +189,10 @@ void Joint::advance(Target& t, Time to) const {
     const bool long_silence = gap.ns > most_mixing_steps * mixing_step.ns;
     const Duration step =
         long_silence ? Duration{(gap.ns / most_mixing_steps / mixing_step.ns + 1) * mixing_step.ns} : mixing_step;
-    const Mat<3, 3> transition = long_silence ? transition_probabilities(models_.rates, step.seconds()) : mixing_;
+    const Mat<3, 3> switching = long_silence ? imm::switching_over<3>(models_.rates, step.seconds()) : switching_;
     for (Time grid = ceil_to_grid(t.mixed + Duration{1}, step); grid <= to; grid = grid + step) {
       predict(t, grid);
-      mix(t.bank, models_, transition, motion_at, scratch_);
+      mix(t.bank, models_, switching, motion_at, scratch_);
       t.mixed = grid;
     }
   }
@@ -260,30 +261,30 @@ template <int M, class Linearise>
 Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate,
                       const Linearise& linearise) const {
   std::array<Evidence<M>, ModelSet::max_models> evidence;
-  std::array<double, ModelSet::max_models> log_likelihood{};
+  Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto [H, nu] = linearise(t.bank.mode[k], models_.model[k]);
     evidence[k] = weigh<M>(t.bank.mode[k], H, nu, R);
     if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
-    log_likelihood[k] = evidence[k].log_likelihood;
+    log_likelihoods[i] = evidence[k].log_likelihood;
     if (evidence[k].nis < nearest) nearest = evidence[k].nis;  // NaN is never the nearest
   }
   // The innovation of the mixture, moment-matched.
   Vec<M> nu = Vec<M>::Zero();
   Mat<M, M> S = Mat<M, M>::Zero();
-  for (std::size_t k = 0; k < static_cast<std::size_t>(t.bank.count); ++k) nu += t.bank.probability[k] * evidence[k].nu;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(t.bank.count); ++k) {
-    const Vec<M> d = evidence[k].nu - nu;
-    S += t.bank.probability[k] * (evidence[k].S + d * d.transpose());
+  for (int i = 0; i < t.bank.count; ++i) nu += t.bank.probability[i] * evidence[static_cast<std::size_t>(i)].nu;
+  for (int i = 0; i < t.bank.count; ++i) {
+    const Evidence<M>& e = evidence[static_cast<std::size_t>(i)];
+    S += t.bank.probability[i] * (e.S + (e.nu - nu) * (e.nu - nu).transpose());
   }
   const double nis = t.bank.count == 1 ? evidence[0].nis : nu.dot(S.llt().solve(nu));
   const Outcome outcome{.verdict = nearest <= gate ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = M};
   if (outcome.verdict != Verdict::Accepted) return outcome;
   for (int i = 0; i < t.bank.count; ++i)
     take<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
-  if (t.bank.count > 1) reweigh(t.bank, log_likelihood);
+  reweigh(t.bank, log_likelihoods);
   const Vec<M> normalised = nu.cwiseQuotient(S.diagonal().cwiseSqrt());
   account.residual.add(normalised.mean(), normalised.squaredNorm() / M, nis / M);
   return outcome;

@@ -80,7 +80,7 @@ ModelSet model_set(const MethodSettings& settings) {
                     {.noise = Noise::WhiteJerk, .q = 0.3, .gravity_aware = true},    // thrust
                     {.noise = Noise::WhiteJerk, .q = 500, .gravity_aware = true}}};  // ignition, staging, cut-off
       set.rates << -.004, .002, .002, .002, -.004, .002, .25, .25, -.5;
-      set.initial_probability = {0.05, 0.9, 0.05};
+      set.initial_probability << 0.05, 0.9, 0.05;
       set.ballistic = 0;
       break;
   }

@@ -134,18 +134,16 @@ struct PlotLinearisation {
 struct Bank {
   int count = 1;
   std::array<Hypothesis, ModelSet::max_models> mode;
-  std::array<double, ModelSet::max_models> probability{1, 0, 0};
+  Vec<ModelSet::max_models> probability = Vec<ModelSet::max_models>::UnitX();
 };
 
-/// Probability of a change from row to column within dt seconds.
-[[nodiscard]] Mat<3, 3> transition_probabilities(const Mat<3, 3>& rates, double dt);
-
-/// One interaction. `motion_at`: the nine states; a ballistic model takes over position, velocity and biases of the
-/// others, while their specific force becomes its own prior. `scratch` has the size of the bank.
-void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& transition, int motion_at, Bank& scratch);
+/// One interaction with the given switching probabilities. `motion_at`: the nine states; a ballistic model takes over
+/// position, velocity and biases of the others, while their specific force becomes its own prior. `scratch` has the
+/// size of the bank.
+void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch);
 
 /// Bayes on the probabilities.
-void reweigh(Bank& bank, const std::array<double, ModelSet::max_models>& log_likelihood);
+void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods);
 
 /// The most probable hypothesis.
 [[nodiscard]] int likeliest(const Bank& bank);

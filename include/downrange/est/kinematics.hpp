@@ -40,7 +40,7 @@ struct ModelSet {
   std::array<MotionModel, max_models> model{};
   /// Rates per second; row: from, column: to; rows sum to zero.
   Mat<max_models, max_models> rates = Mat<max_models, max_models>::Zero();
-  std::array<double, max_models> initial_probability{1, 0, 0};
+  Vec<max_models> initial_probability = Vec<max_models>::UnitX();
   /// A model whose specific force is 0 +- 0.01 m/s^2; -1: none.
   int ballistic = -1;
 };
