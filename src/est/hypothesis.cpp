@@ -2,6 +2,7 @@
 #include <cmath>
 #include <downrange/est/hypothesis.hpp>
 #include <downrange/est/imm.hpp>
+#include <downrange/geo/earth.hpp>
 
 namespace downrange {
 namespace {
@@ -150,6 +151,60 @@ PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const Motio
     l.H.of_radar.col(block.terms + 1) = predicted.d_bias.col(index(BiasTerm::OffsetElevation));
   }
   return l;
+}
+
+Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const RadarBlock* block) {
+  Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
+  double velocity_sigma = settings.initial_sigma_velocity_m_s;
+  if (block == nullptr) {
+    motion.mean.head<3>() = m.position.m;
+    const double sigma = std::max(m.sigma_horizontal_m, m.sigma_vertical_m);
+    const double slow = settings.gps_error.enabled ? settings.gps_error.sigma_m : 0;
+    motion.cov.diagonal().head<3>().setConstant(sigma * sigma + slow * slow);
+    if (m.velocity_valid && settings.gps_use_velocity) {
+      motion.mean.segment<3>(3) = m.velocity.m_s;
+      velocity_sigma = m.sigma_velocity_m_s;
+    }
+  } else {
+    const RadarModel& radar = settings.radars[static_cast<std::size_t>(m.source)];
+    const ConvertedMeasurement converted = convert_unbiased(m.plot, radar.sigma);
+    const auto variance_of = [block](BiasTerm first) -> Vec<3> {
+      Vec<3> variance = Vec<3>::Zero();
+      for (int i = 0; i < block->terms; ++i) {
+        const int axis = static_cast<int>(block->term[static_cast<std::size_t>(i)]) - static_cast<int>(first);
+        if (axis >= 0 && axis < 3) variance[axis] = block->model.prior_cov(index(first) + axis, index(first) + axis);
+      }
+      return variance;
+    };
+    const Mat<3, 3> J = d_enu_d_polar(m.plot);
+    const Mat<3, 3> R_enu_sez = sez_from_enu().R.transpose();
+    const Mat<3, 3> from_bias = J * variance_of(BiasTerm::OffsetRange).asDiagonal() * J.transpose() +
+                                R_enu_sez * variance_of(BiasTerm::OffsetSouth).asDiagonal() * R_enu_sez.transpose();
+    const Mat<3, 3> R_ecef_enu = radar.site.R_enu_ecef().R.transpose();
+    motion.mean.head<3>() = radar.site.ecef_of(converted.z).m;
+    motion.cov.topLeftCorner<3, 3>() = R_ecef_enu * (converted.R + from_bias) * R_ecef_enu.transpose();
+  }
+  motion.cov.diagonal().segment<3>(3).setConstant(velocity_sigma * velocity_sigma);
+  motion.cov.diagonal().tail<3>().setConstant(std::pow(settings.initial_sigma_acceleration_m_s2, 2));
+  return motion;
+}
+
+void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion) {
+  for (int i = 0; i < bank.count; ++i) {
+    const MotionModel& model = set.model[static_cast<std::size_t>(i)];
+    Gaussian<9> own = motion;
+    const auto third_part_is = [&own](double variance) {
+      own.mean.tail<3>().setZero();
+      own.cov.bottomRows<3>().setZero();
+      own.cov.rightCols<3>().setZero();
+      own.cov.diagonal().tail<3>().setConstant(variance);
+    };
+    if (model.gravity_aware)
+      own.mean.tail<3>() -= free_fall_acceleration({own.mean.head<3>()}, {own.mean.segment<3>(3)});
+    if (model.noise == MotionModel::Noise::WhiteAcceleration) third_part_is(0);
+    if (i == set.ballistic) third_part_is(ballistic_sigma_m_s2 * ballistic_sigma_m_s2);
+    reset_block(bank.mode[static_cast<std::size_t>(i)], motion_at, own.mean, own.cov);
+  }
 }
 
 void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch) {

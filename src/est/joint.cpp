@@ -88,24 +88,11 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
 }
 
 void Joint::set_motion(Target& t, const Gaussian<9>& motion) const {
-  const double gps_variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
-  for (int i = 0; i < t.bank.count; ++i) {
-    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    const MotionModel& model = models_.model[static_cast<std::size_t>(i)];
-    Gaussian<9> own = motion;
-    const auto third_part_is = [&own](double variance) {
-      own.mean.tail<3>().setZero();
-      own.cov.bottomRows<3>().setZero();
-      own.cov.rightCols<3>().setZero();
-      own.cov.diagonal().tail<3>().setConstant(variance);
-    };
-    if (model.noise == MotionModel::Noise::WhiteAcceleration) third_part_is(0);
-    if (model.gravity_aware)
-      own.mean.tail<3>() -= acceleration(model, (Vec<9>() << own.mean.head<6>(), Vec<3>::Zero()).finished());
-    if (i == models_.ballistic) third_part_is(ballistic_sigma_m_s2 * ballistic_sigma_m_s2);
-    reset_block(h, motion_at, own.mean, own.cov);
-    reset_block(h, gps_error_at, Vec<3>::Zero(), gps_variance * Mat<3, 3>::Identity());
-  }
+  downrange::set_motion(t.bank, models_, motion_at, motion);
+  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  for (int i = 0; i < t.bank.count; ++i)
+    reset_block(t.bank.mode[static_cast<std::size_t>(i)], gps_error_at, Vec<3>::Zero(),
+                variance * Mat<3, 3>::Identity());
 }
 
 void Joint::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
@@ -114,45 +101,6 @@ void Joint::start(State& s, int target, Time epoch, const Gaussian<9>& estimate)
   t.started = true;
   t.epoch = t.mixed = t.data_epoch = epoch;
   set_motion(t, estimate);
-}
-
-Gaussian<9> Joint::first_motion(const Measurement& m, bool without_gps) const {
-  Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
-  double velocity_sigma = settings_.initial_sigma_velocity_m_s;
-  if (m.kind == Measurement::Kind::Gps) {
-    motion.mean.head<3>() = m.position.m;
-    const double sigma = std::max(m.sigma_horizontal_m, m.sigma_vertical_m);
-    const double slow = settings_.gps_error.enabled ? settings_.gps_error.sigma_m : 0;
-    motion.cov.diagonal().head<3>().setConstant(sigma * sigma + slow * slow);
-    if (m.velocity_valid && settings_.gps_use_velocity) {
-      motion.mean.segment<3>(3) = m.velocity.m_s;
-      velocity_sigma = m.sigma_velocity_m_s;
-    }
-  } else {
-    // The radar's bias is part of what the first position may be wrong by.
-    const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
-    const BiasLayout& blocks = without_gps ? layout_without_gps_ : layout_;
-    const RadarBlock& block = blocks.radars[static_cast<std::size_t>(m.source)];
-    const ConvertedMeasurement converted = convert_unbiased(m.plot, radar.sigma);
-    const Mat<3, 3> J = d_enu_d_polar(m.plot);
-    const auto variance = [&block](BiasTerm first) {
-      Vec<3> v = Vec<3>::Zero();
-      for (int i = 0; i < block.terms; ++i) {
-        const int axis = static_cast<int>(block.term[static_cast<std::size_t>(i)]) - static_cast<int>(first);
-        if (axis >= 0 && axis < 3) v[axis] = block.prior_sigma()[i] * block.prior_sigma()[i];
-      }
-      return v;
-    };
-    const Mat<3, 3> R_enu_sez = sez_from_enu().R.transpose();
-    const Mat<3, 3> from_bias = J * variance(BiasTerm::OffsetRange).asDiagonal() * J.transpose() +
-                                R_enu_sez * variance(BiasTerm::OffsetSouth).asDiagonal() * R_enu_sez.transpose();
-    const Mat<3, 3> R_ecef_enu = radar.site.R_enu_ecef().R.transpose();
-    motion.mean.head<3>() = radar.site.ecef_of(converted.z).m;
-    motion.cov.topLeftCorner<3, 3>() = R_ecef_enu * (converted.R + from_bias) * R_ecef_enu.transpose();
-  }
-  motion.cov.diagonal().segment<3>(3).setConstant(velocity_sigma * velocity_sigma);
-  motion.cov.diagonal().tail<3>().setConstant(std::pow(settings_.initial_sigma_acceleration_m_s2, 2));
-  return motion;
 }
 
 void Joint::start_by(State& s, const Measurement& m, bool without_gps) const {
@@ -167,7 +115,9 @@ void Joint::restart_motion(Target& t, const Measurement& m) const {
   t.plots_rejected_in_row = 0;
   t.fixes_rejected_in_row = 0;
   t.bank.probability = models_.initial_probability;
-  set_motion(t, first_motion(m, t.without_gps));
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  const RadarBlock* block = gps ? nullptr : &layout(t).radars[static_cast<std::size_t>(m.source)];
+  set_motion(t, first_motion(m, settings_, block));
 }
 
 void Joint::predict(Target& t, Time to) const {
@@ -295,29 +245,13 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
   SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
   if (is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   if (t.without_gps) return leave_regime(s, m);
-  const Mat<3, 3> R_position = fix_covariance(m);
-  const auto position_residual = [&m](const Hypothesis& h) -> Vec<3> {
-    return m.position.m - h.x.segment<3>(motion_at) - h.x.segment<3>(gps_error_at);
-  };
-  if (!m.velocity_valid || !settings_.gps_use_velocity) {
-    return update<3>(t, account, R_position, gate3_, [&](const Hypothesis& h, const MotionModel&) {
-      BlockJacobian<3> H{.motion_at = motion_at, .motion_size = 12};
-      H.of_motion.leftCols<3>().setIdentity();
-      H.of_motion.rightCols<3>().setIdentity();
-      return std::pair(H, position_residual(h));
+  const auto use = [&]<int M>(double gate) {
+    return update<M>(t, account, fix_noise<M>(m), gate, [&](const Hypothesis& h, const MotionModel&) {
+      return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, m));
     });
-  }
-  Mat<6, 6> R = Mat<6, 6>::Zero();
-  R.topLeftCorner<3, 3>() = R_position;
-  R.bottomRightCorner<3, 3>().diagonal().setConstant(m.sigma_velocity_m_s * m.sigma_velocity_m_s);
-  return update<6>(t, account, R, gate6_, [&](const Hypothesis& h, const MotionModel&) {
-    BlockJacobian<6> H{.motion_at = motion_at, .motion_size = 12};
-    H.of_motion.topLeftCorner<6, 6>().setIdentity();
-    H.of_motion.topRightCorner<3, 3>().setIdentity();
-    Vec<6> nu;
-    nu << position_residual(h), m.velocity.m_s - h.x.segment<3>(motion_at + 3);
-    return std::pair(H, nu);
-  });
+  };
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 
 Outcome Joint::leave_regime(State& s, const Measurement& m) const {

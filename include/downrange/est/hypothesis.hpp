@@ -7,6 +7,7 @@
 #include <downrange/est/kinematics.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/plot_model.hpp>
+#include <downrange/est/source_checks.hpp>
 #include <limits>
 #include <span>
 #include <vector>
@@ -113,6 +114,28 @@ template <int M>
   return e;
 }
 
+/// A fix of position, or position and velocity, of the motion whose nine states the three of the GPS error follow.
+template <int M>
+[[nodiscard]] BlockJacobian<M> fix_jacobian(int motion_at) {
+  BlockJacobian<M> H{.motion_at = motion_at, .motion_size = 12};
+  H.of_motion.template topLeftCorner<M, M>().setIdentity();
+  H.of_motion.template topRightCorner<3, 3>().setIdentity();
+  return H;
+}
+template <int M>
+[[nodiscard]] Mat<M, M> fix_noise(const Measurement& fix) {
+  Mat<M, M> R = fix.sigma_velocity_m_s * fix.sigma_velocity_m_s * Mat<M, M>::Identity();
+  R.template topLeftCorner<3, 3>() = fix_covariance(fix);
+  return R;
+}
+template <int M>
+[[nodiscard]] Vec<M> fix_residual(const Hypothesis& h, int motion_at, const Measurement& fix) {
+  Vec<M> z;
+  z.template head<3>() = fix.position.m - h.x.segment<3>(motion_at + 9);
+  if constexpr (M == 6) z.template tail<3>() = fix.velocity.m_s;
+  return z - h.x.segment<M>(motion_at);
+}
+
 /// Kalman update: x + W L^-1 nu, P - W W'.
 template <int M>
 void take(Hypothesis& h, const Evidence<M>& e) {
@@ -136,6 +159,14 @@ struct Bank {
   std::array<Hypothesis, ModelSet::max_models> mode;
   Vec<ModelSet::max_models> probability = Vec<ModelSet::max_models>::UnitX();
 };
+
+/// What one measurement says of the motion of a target that nothing is known of yet: a fix, or a plot whose radar's
+/// bias
+/// (`block`) is part of what the position may be wrong by.
+[[nodiscard]] Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const RadarBlock* block);
+
+/// The motion of every model from a position, velocity and acceleration; a ballistic one's specific force is its prior.
+void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion);
 
 /// One interaction with the given switching probabilities. `motion_at`: the nine states; a ballistic model takes over
 /// position, velocity and biases of the others, while their specific force becomes its own prior. `scratch` has the

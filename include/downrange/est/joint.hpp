@@ -77,12 +77,10 @@ class Joint {
   }
 
  private:
-  /// What a target's state starts with: all modes alike but for the ballistic one's specific force.
   void set_motion(Target& t, const Gaussian<9>& motion) const;
   void start_by(State& s, const Measurement& m, bool without_gps) const;
   void restart_motion(Target& t, const Measurement& m) const;
   void size_state(State& s, Target& t, bool without_gps) const;
-  [[nodiscard]] Gaussian<9> first_motion(const Measurement& m, bool without_gps) const;
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
