@@ -38,10 +38,12 @@ expect 1 "absent-scenario" "$downrange" simulate "$naro" --scenario "$work/absen
 expect 2 "dds.domain" "$downrange" watch "$naro" --domain 1000
 expect 1 "range clock" "$downrange" simulate "$naro" --scenario "$launch" --dds
 
-expect 2 "nonesuch" "$downrange" experiment nonesuch
+expect 2 "launch" "$downrange" experiment nonesuch
 expect 2 "NAME" "$downrange" experiment
+expect 2 "allowed are" "$downrange" experiment launch --methods nonesuch
 expect 2 "name one experiment" "$downrange" experiment all --methods joint
-expect 2 "--runs" "$downrange" experiment all --runs 0
+expect 2 "--runs" "$downrange" experiment launch --runs 0
+expect 0 "runs; methods" "$downrange" experiment --list
 
 # A small flight to spoil.
 sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "sim/experiment/experiment.hpp"
+#include "sim/experiment/launch_score.hpp"
 #include "sim/experiment/parallel.hpp"
 #include "sim/experiment/report.hpp"
 
@@ -158,7 +159,100 @@ TEST(ReportHtml, DrawsAGapWhereACurveHasNone) {
   const std::string path = page.substr(at, page.find("/>", at) - at);
   EXPECT_EQ(std::count(path.begin(), path.end(), 'M'), 2) << path;
   EXPECT_EQ(std::count(path.begin(), path.end(), 'L'), 1) << path;
-  EXPECT_NE(path.find("h0"), std::string::npos) << path;
+  EXPECT_NE(path.find("h.01"), std::string::npos) << path;
+}
+
+TEST(Launch, SceneIsTheOneOfTheReference) {
+  const launch::Scene scene;
+  std::array<int, 3> count{};  // fixes, plots of each radar
+  std::array<double, 3> first{1e9, 1e9, 1e9};
+  for (const launch::Instant& i : scene.instants()) {
+    const std::size_t k = i.kind == Measurement::Kind::Gps ? 0 : static_cast<std::size_t>(1 + i.radar);
+    ++count[k];
+    first[k] = std::min(first[k], i.t_s);
+  }
+  EXPECT_EQ(count, (std::array<int, 3>{400, 3800, 7600}));
+  EXPECT_NEAR(first[0], 80.4, 1e-9);
+  EXPECT_NEAR(first[1], 100.013, 1e-9);
+  EXPECT_NEAR(first[2], 100.031, 1e-9);
+}
+
+TEST(Launch, CasesDifferByWhatTheyAreNamedForOnly) {
+  const launch::Scene scene;
+  const launch::Drawn base = scene.draw(launch::Case::Base, 5, 3);
+  const launch::Drawn lost = scene.draw(launch::Case::GpsLost, 5, 3);
+  ASSERT_EQ(base.measurements.size(), lost.measurements.size() + 110);
+  std::size_t k = 0;
+  for (const Measurement& m : lost.measurements) {
+    while (base.measurements[k].epoch < m.epoch) ++k;
+    EXPECT_EQ(base.measurements[k].plot.range_m, m.plot.range_m);
+    EXPECT_EQ(base.measurements[k].position.m, m.position.m);
+  }
+  const launch::Drawn tagged = scene.draw(launch::Case::TimeTag, 5, 3);
+  EXPECT_EQ(tagged.bias[1].time_tag_s, 5e-3);
+  EXPECT_EQ(tagged.bias[1].offset.range_m, base.bias[1].offset.range_m);
+  EXPECT_NE(scene.draw(launch::Case::Base, 5, 4).bias[1].offset.range_m, base.bias[1].offset.range_m);
+}
+
+TEST(Launch, BiasLeftIsNoneWhenTheBiasIsKnown) {
+  const launch::Scene scene;
+  const launch::Drawn drawn = scene.draw(launch::Case::TimeTag, 1, 0);
+  const BiasModel model = bias_model({BiasBlock::Polar, BiasBlock::Time});
+  for (std::size_t k = 0; k < scene.instants().size(); k += 997) {
+    const launch::Instant& instant = scene.instants()[k];
+    if (instant.kind == Measurement::Kind::Gps) continue;
+    const RadarBias& truth = drawn.bias[static_cast<std::size_t>(instant.radar)];
+    std::vector<double> known;
+    for (const BiasTerm term : model.terms)
+      known.push_back(launch::bias_vector(truth)[static_cast<Eigen::Index>(term)]);
+    const Site& site = scene.site(instant.radar);
+    // Compensation is evaluated at the measured point: what remains is of second order in the bias.
+    const double before = launch::bias_left(instant, truth, site, {}, {}).m.norm();
+    EXPECT_LT(launch::bias_left(instant, truth, site, model.terms, known).m.norm(), 2e-3 * before) << instant.t_s;
+    EXPECT_GT(before, 10);
+  }
+}
+
+/// The bound against the figures of the range's errata, computed by an implementation that shares no code.
+TEST(Launch, BoundOfTheBiasIsThatOfTheErrata) {
+  const launch::Scene scene;
+  const launch::Score bound = launch::bound_of(launch::Case::Base, bias_model({BiasBlock::Polar}), scene);
+  const std::array<double, 3> goheung{3.4, 5.3, 7.0};
+  for (std::size_t w = 0; w < 3; ++w)
+    EXPECT_NEAR(bound.window[w].errors.bias_left[0].rms(), goheung[w], 0.05) << launch::windows()[w].name;
+}
+
+TEST(Launch, FiguresAreTheSameOnAnyNumberOfThreads) {
+  ExperimentOptions options;
+  options.runs = 3;
+  options.methods = {"joint-ca", "song2015"};
+  options.jobs = 1;
+  const ExperimentResult one = run_launch(options);
+  options.jobs = 3;
+  const ExperimentResult three = run_launch(options);
+  EXPECT_EQ(format_json(std::vector{one}), format_json(std::vector{three}));
+  options.seed = 2;
+  EXPECT_NE(format_json(std::vector{one}), format_json(std::vector{run_launch(options)}));
+
+  // Three runs scatter: far wider than the limits, but wide of any gross error.
+  for (const Figure& figure : one.figures) {
+    if (figure.what.find("position / bound") != std::string::npos) {
+      EXPECT_GT(figure.measured, 0.6) << figure.what;
+      EXPECT_LT(figure.measured, 1.6) << figure.what;
+    }
+    if (figure.what.find("joint-ca, bias left / bound") != std::string::npos) {
+      EXPECT_LT(figure.measured, 2.5) << figure.what;
+    }
+    if (figure.what.find("NIS inside") != std::string::npos) {
+      EXPECT_NEAR(figure.measured, 0.95, 0.02) << figure.what;
+    }
+  }
+}
+
+TEST(Launch, RefusesAMethodThatItDoesNotCompare) {
+  ExperimentOptions options;
+  options.methods = {"nonesuch"};
+  EXPECT_THROW((void)run_launch(options), std::invalid_argument);
 }
 
 }  // namespace

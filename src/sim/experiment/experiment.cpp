@@ -80,7 +80,13 @@ std::vector<std::string> chosen_methods(const std::vector<std::string>& asked,
 }
 
 const std::vector<Experiment>& experiments() {
-  static const std::vector<Experiment> all;
+  static const std::vector<Experiment> all{
+      {"launch",
+       "two radars and GPS on a launch (song2015): bias, position, consistency against the bound",
+       300,
+       {"joint-ca", "joint-launch", "song2015", "uncorrected"},
+       run_launch},
+  };
   return all;
 }
 

@@ -38,9 +38,9 @@ struct Figure {
 
 /// Where `x` or `y` is not finite the curve has a gap.
 struct Curve {
-  std::string label;  ///< empty: belongs to the curve before it (the lower edge of a band) and looks like it
-  std::vector<double> x;
-  std::vector<double> y;
+  std::string label{};  ///< empty: belongs to the curve before it (the lower edge of a band) and looks like it
+  std::vector<double> x{};
+  std::vector<double> y{};
   bool dashed = false;  ///< bounds and bands
   bool points = false;  ///< single residuals instead of a line
 };
@@ -50,7 +50,7 @@ struct Plot {
   std::string x_label;
   std::string y_label;
   bool log_y = false;
-  std::vector<Curve> curves;
+  std::vector<Curve> curves{};
 };
 
 struct ExperimentResult {

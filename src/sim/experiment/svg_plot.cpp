@@ -140,7 +140,7 @@ std::string path_data(const Curve& curve, const Axis& x, const Axis& y) {
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const bool dot = curve.points || kept.size() == 1;
       std::snprintf(buffer, sizeof buffer,
-                    dot      ? "M%.1f %.1fh0"
+                    dot      ? "M%.1f %.1fh.01"
                     : i == 0 ? "M%.1f %.1f"
                              : "L%.1f %.1f",
                     kept[i].x, kept[i].y);
@@ -200,7 +200,7 @@ void write_legend(std::ostream& out, const Plot& plot, const std::vector<std::st
   out << "<ul class=\"legend\">";
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     if (plot.curves[i].label.empty()) continue;
-    const std::string_view sample = plot.curves[i].points ? "M6 6h0M14 6h0M22 6h0" : "M2 6H26";
+    const std::string_view sample = plot.curves[i].points ? "M6 6h.01M14 6h.01M22 6h.01" : "M2 6H26";
     out << "<li><svg viewBox=\"0 0 28 12\" width=\"28\" height=\"12\" aria-hidden=\"true\"><path class=\"" << classes[i]
         << "\" d=\"" << sample << "\"/></svg>" << escaped(plot.curves[i].label) << "</li>";
   }
@@ -242,7 +242,7 @@ figure text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 .frame { stroke: var(--ink); stroke-width: 1; }
 .ticks { font-variant-numeric: tabular-nums; }
 .line { stroke-width: 1.8; }
-.dots { stroke-width: 2.4; stroke-opacity: .55; }
+.dots { stroke-width: 3.4; stroke-opacity: .7; }
 .dash { stroke: var(--ink); stroke-width: 1.6; }
 figure path.dash { stroke-linecap: butt; }
 .dash-0 { stroke-dasharray: 6 4; } .dash-1 { stroke-dasharray: 2 3; }
@@ -263,8 +263,8 @@ std::string svg_figure(const Plot& plot) {
   std::ostringstream out;
   out.precision(5);
   out << "<figure><figcaption>" << escaped(plot.title) << "</figcaption>\n<svg viewBox=\"0 0 " << width << ' ' << height
-      << "\" role=\"img\" aria-label=\"" << escaped(plot.title + ": " + plot.y_label + " against " + plot.x_label)
-      << "\">\n";
+      << "\" fill=\"none\" role=\"img\" aria-label=\""
+      << escaped(plot.title + ": " + plot.y_label + " against " + plot.x_label) << "\">\n";
   write_axes(out, plot, x, y);
   for (std::size_t i = 0; i < plot.curves.size(); ++i)
     out << "<path class=\"" << classes[i] << "\" d=\"" << path_data(plot.curves[i], x, y) << "\"/>\n";

@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/experiment/launch_result.hpp"
+
+namespace downrange::sim::launch {
+namespace {
+
+constexpr double mdeg = std::numbers::pi / 180 / 1000;
+constexpr std::size_t points_shown = 600;
+
+/// What of each second is drawn against its middle.
+template <class Value>
+Curve over_time(std::string label, const Score& score, bool dashed, const Value& rms) {
+  Curve curve{.label = std::move(label), .dashed = dashed};
+  for (std::size_t i = 0; i < score.second.size(); ++i) {
+    curve.x.push_back(tracking_from_s + static_cast<double>(i) + 0.5);
+    curve.y.push_back(rms(score.second[i]));
+  }
+  return curve;
+}
+
+template <class Value>
+Plot against_time(const Result& result, std::string title, std::string y_label, Case which, const Score& bound,
+                  const Value& rms) {
+  Plot plot{std::move(title), "time after lift-off, s", std::move(y_label), true, {}};
+  for (const Flown& f : result.flown) {
+    if (f.contestant.which == which) plot.curves.push_back(over_time(f.contestant.label, f.score, false, rms));
+  }
+  plot.curves.push_back(over_time("bound", bound, true, rms));
+  return plot;
+}
+
+Plot ripple_plot(const Result& result, std::size_t window) {
+  Plot plot{"Bias left by time since the last fix, " + windows()[window].name + " window, both radars",
+            "time since the last GPS fix, s",
+            "rms of bias left, m",
+            true,
+            {}};
+  const auto curve_of = [window](std::string label, const Score& score, bool dashed) {
+    Curve curve{.label = std::move(label), .dashed = dashed};
+    for (std::size_t i = 0; i < ripple_bins; ++i) {
+      curve.x.push_back((static_cast<double>(i) + 0.5) * fix_interval_s / ripple_bins);
+      curve.y.push_back(score.window[window].ripple[i].rms());
+    }
+    return curve;
+  };
+  for (const Flown& f : result.flown) {
+    if (f.contestant.which == Case::Base && f.contestant.gets_fixes)
+      plot.curves.push_back(curve_of(f.contestant.label, f.score, false));
+  }
+  plot.curves.push_back(curve_of("bound", result.bound, true));
+  return plot;
+}
+
+struct Component {
+  std::string_view name;
+  std::string_view unit;
+  Eigen::Index index;
+  double scale;
+};
+
+/// Fig. 5 and 6 of song2015: residuals of one radar's plots with the band that the filter promises.
+Plot residual_plot(const Flown& flown, const Phase& window, int radar, const Component& component) {
+  Plot plot{std::string(component.name) + " residual of " + std::string(radar_names[static_cast<std::size_t>(radar)]) +
+                ", " + window.name + " window, " + flown.contestant.label,
+            "time after lift-off, s",
+            "measured - fused, " + std::string(component.unit),
+            false,
+            {}};
+  Curve residual{.label = "residual", .points = true};
+  Curve upper{.label = "2 sigma promised", .dashed = true};
+  Curve lower{.dashed = true};
+  std::vector<const Residual*> inside;
+  for (const Residual& r : flown.residuals) {
+    if (r.radar == radar && window.from_s <= r.t_s && r.t_s < window.to_s) inside.push_back(&r);
+  }
+  const std::size_t every = inside.size() / points_shown + 1;
+  for (std::size_t i = 0; i < inside.size(); i += every) {
+    const double sigma = inside[i]->sigma[component.index] / component.scale;
+    for (Curve* curve : {&residual, &upper, &lower}) curve->x.push_back(inside[i]->t_s);
+    residual.y.push_back(inside[i]->value[component.index] / component.scale);
+    upper.y.push_back(2 * sigma);
+    lower.y.push_back(-2 * sigma);
+  }
+  plot.curves = {std::move(residual), std::move(upper), std::move(lower)};
+  return plot;
+}
+
+}  // namespace
+
+std::vector<Plot> plots(const Result& result) {
+  const std::array<Component, 3> components{Component{"Range", "m", 0, 1}, Component{"Azimuth", "mdeg", 1, mdeg},
+                                            Component{"Elevation", "mdeg", 2, mdeg}};
+  std::vector<Plot> all;
+  const auto position = [](const Errors& e) { return e.position.rms(); };
+  all.push_back(against_time(result, "Position error", "rms over runs, m", Case::Base, result.bound, position));
+  for (std::size_t r = 0; r < radars; ++r) {
+    const auto bias_left = [r](const Errors& e) { return e.bias_left[r].rms(); };
+    all.push_back(against_time(result, "Bias left after compensation, " + std::string(radar_names[r]),
+                               "rms over runs, m", Case::Base, result.bound, bias_left));
+  }
+  all.push_back(against_time(result, "Position error, GPS lost at 370 s", "rms over runs, m", Case::GpsLost,
+                             result.bound_gps_lost, position));
+  for (std::size_t w = 0; w < windows().size(); ++w) all.push_back(ripple_plot(result, w));
+  for (const std::size_t w : {std::size_t{0}, std::size_t{2}}) {
+    for (int radar = 0; radar < radars; ++radar) {
+      for (const Component& component : components) {
+        for (const std::string_view label : {"uncorrected", "song2015", "joint-ca"}) {
+          const Flown* const flown = result.find(label);
+          if (flown != nullptr) all.push_back(residual_plot(*flown, windows()[w], radar, component));
+        }
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace downrange::sim::launch
