@@ -16,16 +16,21 @@ constexpr double degree = std::numbers::pi / 180;
 
 // Longest suffix first.
 constexpr std::array units{
+    Unit{"_deg_sqrt_s", "deg/sqrt(s)", degree},
+    Unit{"_ms_sqrt_s", "ms/sqrt(s)", 1e-3},
     Unit{"_m_sqrt_s", "m/sqrt(s)", 1},
     Unit{"_sqrt_s", "1/sqrt(s)", 1},
     Unit{"_m2_s3", "m^2/s^3", 1},
+    Unit{"_m2_s5", "m^2/s^5", 1},
     Unit{"_deg_s", "deg/s", degree},
+    Unit{"_m_s2", "m/s^2", 1},
     Unit{"_m_s", "m/s", 1},
     Unit{"_deg", "deg", degree},
     Unit{"_ms", "ms", 1e-3},
     Unit{"_hz", "Hz", 1},
     Unit{"_s", "s", 1},
     Unit{"_m", "m", 1},
+    Unit{"_n", "N-units", 1},
     Unit{"", "", 1},
 };
 

@@ -54,6 +54,11 @@ template <class S, class M, class T>
 Field<S, T> at(M S::*outer, T M::*inner) {
   return {[=](const S& s) { return s.*outer.*inner; }, [=](S& s, T value) { s.*outer.*inner = std::move(value); }};
 }
+template <class S, class M, class N, class T>
+Field<S, T> at(M S::*outer, N M::*middle, T N::*inner) {
+  return {[=](const S& s) { return s.*outer.*middle.*inner; },
+          [=](S& s, T value) { s.*outer.*middle.*inner = std::move(value); }};
+}
 /// One geodetic coordinate of a site.
 template <class S>
 Field<S, double> at(Site S::*site, double Geodetic::*coordinate) {

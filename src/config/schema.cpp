@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <downrange/est/method.hpp>
+#include <iterator>
 
 #include "config/section.hpp"
 
@@ -35,6 +36,57 @@ Key<NodeConfig> stages_key() {
             }
             return show_texts(texts);
           }};
+}
+
+/// Blocks of a radar's bias, as a list of their names.
+Key<RadarConfig> bias_blocks_key() {
+  static const std::vector<std::pair<std::string, BiasBlock>> names{{"polar", BiasBlock::Polar},
+                                                                    {"sez_offset", BiasBlock::SezOffset},
+                                                                    {"sez_scale", BiasBlock::SezScale},
+                                                                    {"time", BiasBlock::Time}};
+  return {{"bias_blocks", R"(a list out of "polar", "sez_offset", "sez_scale", "time", each once, one or more)",
+           optional, "what the radar's bias is made of (joint, schmidt)"},
+          [](RadarConfig& radar, const toml::node& value) {
+            const auto texts = read_texts(value);
+            if (!texts || texts->empty()) return false;
+            std::vector<BiasBlock> blocks;
+            for (const std::string& text : *texts) {
+              const auto known = std::ranges::find(names, text, &std::pair<std::string, BiasBlock>::first);
+              if (known == names.end() || std::ranges::find(blocks, known->second) != blocks.end()) return false;
+              blocks.push_back(known->second);
+            }
+            radar.bias.blocks = std::move(blocks);
+            return true;
+          },
+          [](const RadarConfig& radar) {
+            std::vector<std::string> texts;
+            for (const BiasBlock block : radar.bias.blocks)
+              texts.push_back(std::ranges::find(names, block, &std::pair<std::string, BiasBlock>::second)->first);
+            return show_texts(texts);
+          }};
+}
+
+/// Priors or drifts of a radar's bias: `suffix` is what a drift's unit adds.
+void add_bias_sizes(std::vector<Key<RadarConfig>>& keys, const std::string& head, BiasSizes BiasConfig::*sizes,
+                    const std::string& suffix, double least, const std::string& help) {
+  const auto add = [&](const char* name, double BiasSizes::*size, double most, const char* what) {
+    keys.push_back(number(head + name + suffix, at(&RadarConfig::bias, sizes, size), {least, most}, optional,
+                          std::string(what) + ": " + help));
+  };
+  add("range_m", &BiasSizes::range_m, 1e5, "offset of range, block polar");
+  add("angle_deg", &BiasSizes::angle_rad, 20, "offsets of azimuth and elevation, block polar");
+  add("range_scale", &BiasSizes::range_scale, 1, "scale of range, block polar");
+  add("angle_scale", &BiasSizes::angle_scale, 1, "scales of azimuth and elevation, block polar");
+  add("sez_offset_m", &BiasSizes::sez_offset_m, 1e5, "offsets south, east, zenith, block sez_offset");
+  add("sez_scale", &BiasSizes::sez_scale, 1, "scales south, east, zenith, block sez_scale");
+  add("time_tag_ms", &BiasSizes::time_tag_s, 1e4, "time tag, block time");
+}
+
+std::vector<Key<RadarConfig>> bias_keys() {
+  std::vector<Key<RadarConfig>> keys{bias_blocks_key()};
+  add_bias_sizes(keys, "bias_prior_", &BiasConfig::prior, "", 1e-9, "1-sigma before any data");
+  add_bias_sizes(keys, "bias_drift_", &BiasConfig::drift, "_sqrt_s", 0, "random walk");
+  return keys;
 }
 
 std::string methods_help() {
@@ -78,27 +130,30 @@ Section target_section() {
 
 Section radar_section() {
   using R = RadarConfig;
+  std::vector<Key<R>> keys{
+      number("sigma_range_m", at(&R::sigma, &PolarSigma::range_m), {1e-3, 1e5}, required,
+             "instrument noise in range, 1-sigma"),
+      number("sigma_azimuth_deg", at(&R::sigma, &PolarSigma::azimuth_rad), {1e-6, 20}, required,
+             "instrument noise in azimuth, 1-sigma"),
+      number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, required,
+             "instrument noise in elevation, 1-sigma"),
+      flag("azimuth_sigma_on_sky", at(&R::azimuth_sigma_on_sky), optional,
+           "true: sigma_azimuth_deg is on the sky, the axis's own noise is that over cos(elevation)"),
+      number("angle_inflation", at(&R::angle_inflation), {1, 1000}, optional,
+             "factor on the angle variances, for slow pointing errors"),
+      number("rate_hz", at(&R::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),
+      number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
+      number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
+      number("elevation_min_deg", at(&R::elevation_min_rad), {-90, 90}, optional, "plots lower than this are rejected"),
+      number("elevation_max_deg", at(&R::elevation_max_rad), {-90, 90}, optional,
+             "plots higher than this are rejected"),
+      number("refractivity_n", at(&R::refractivity), {0, 500}, optional,
+             "refractivity of the air at the site; 0: plots are free of refraction, or corrected already"),
+  };
+  std::ranges::copy(bias_keys(), std::back_inserter(keys));
   return many<R>(
       "radar", 1, "A tracking radar.", [](ServiceConfig& c) -> std::vector<R>& { return c.range.radars; },
-      with_site<R>(
-          {id("id", at(&R::id), required, "sensor_id on the topics")},
-          {
-              number("sigma_range_m", at(&R::sigma, &PolarSigma::range_m), {1e-3, 1e5}, required,
-                     "instrument noise in range, 1-sigma"),
-              number("sigma_azimuth_deg", at(&R::sigma, &PolarSigma::azimuth_rad), {1e-6, 20}, required,
-                     "instrument noise in azimuth, 1-sigma"),
-              number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, required,
-                     "instrument noise in elevation, 1-sigma"),
-              number("angle_inflation", at(&R::angle_inflation), {1, 1000}, optional,
-                     "factor on the angle variances, for slow pointing errors"),
-              number("rate_hz", at(&R::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),
-              number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
-              number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
-              number("elevation_min_deg", at(&R::elevation_min_rad), {-90, 90}, optional,
-                     "plots lower than this are rejected"),
-              number("elevation_max_deg", at(&R::elevation_max_rad), {-90, 90}, optional,
-                     "plots higher than this are rejected"),
-          }));
+      with_site<R>({id("id", at(&R::id), required, "sensor_id on the topics")}, std::move(keys)));
 }
 
 Section telemetry_section() {
@@ -168,17 +223,40 @@ Section align_section() {
   return single<A>(
       "align", "Estimation of the radars' biases.", [](ServiceConfig& c) -> A& { return c.range.align; },
       {
+          flag("gps_error_states", at(&A::gps_error, &GpsErrorModel::enabled), optional,
+               "the receiver's position has a slowly varying error that is estimated (joint, schmidt)"),
+          number("gps_error_sigma_m", at(&A::gps_error, &GpsErrorModel::sigma_m), {1e-3, 1e4}, optional,
+                 "size of that error, 1-sigma per axis; rather too large than too small"),
+          number("gps_error_tau_s", at(&A::gps_error, &GpsErrorModel::tau_s), {0.1, 1e5}, optional,
+                 "correlation time of that error"),
+          choice<A, bool>("gps_reference", at(&A::gps_alignment, &GpsAlignment::smooth),
+                          {{"predict", false}, {"smooth", true}}, optional,
+                          "GPS at a plot's epoch: predicted from the fixes before it, or smoothed by later ones, which "
+                          "the plot waits for (song2015, schmidt)"),
+          integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 16}, optional,
+                  "later fixes that a smoothed plot waits for"),
+          flag("no_gps", at(&A::no_gps, &NoGpsRegime::enabled), optional,
+               "until a target's first fix: smaller biases, wandering pointing (joint)"),
+          number("no_gps_offset_prior_m", at(&A::no_gps, &NoGpsRegime::offset_prior_m), {1e-3, 1e5}, optional,
+                 "what an offset of range may be in that regime, 1-sigma"),
+          number("no_gps_angle_prior_deg", at(&A::no_gps, &NoGpsRegime::angle_prior_rad), {1e-6, 20}, optional,
+                 "what an offset of an angle may be in that regime, 1-sigma"),
+          number("no_gps_wander_deg", at(&A::no_gps, &NoGpsRegime::coloured_angle_sigma_rad), {1e-6, 20}, optional,
+                 "slowly varying pointing error in that regime, 1-sigma"),
+          number("no_gps_wander_tau_s", at(&A::no_gps, &NoGpsRegime::coloured_angle_tau_s), {0.1, 1e5}, optional,
+                 "correlation time of that error"),
           number("offset_prior_m", at(&A::offset_prior_m), {0, 1e5}, optional,
-                 "what an offset may be before any data, 1-sigma per axis"),
+                 "what an offset may be before any data, 1-sigma per axis (song2015)"),
           number("scale_prior", at(&A::scale_prior), {0, 1}, optional,
-                 "what a scale error may be before any data, 1-sigma per axis"),
+                 "what a scale error may be before any data, 1-sigma per axis (song2015)"),
           integer("window", at(&A::window), {0, 64}, optional,
-                  "samples of the paper's windowed process noise; 0: none, drift only"),
+                  "samples of the paper's windowed process noise; 0: none, drift only (song2015)"),
           number("offset_drift_m_sqrt_s", at(&A::offset_drift_m_sqrt_s), {0, 1e4}, optional,
-                 "random walk of the offsets"),
-          number("scale_drift_sqrt_s", at(&A::scale_drift_sqrt_s), {0, 1}, optional, "random walk of the scales"),
+                 "random walk of the offsets (song2015)"),
+          number("scale_drift_sqrt_s", at(&A::scale_drift_sqrt_s), {0, 1}, optional,
+                 "random walk of the scales (song2015)"),
           number("gps_q_m2_s3", at(&A::gps_q_m2_s3), {1e-6, 1e9}, optional,
-                 "white acceleration density of the GPS track"),
+                 "white acceleration density of the GPS track (song2015)"),
           span("gps_max_age_ms", at(&A::gps_max_age), {1, 600'000}, optional,
                "with GPS older than this, biases are kept, not updated"),
       });
@@ -191,15 +269,26 @@ Section fuse_section() {
       {
           ids("methods", at(&F::methods), optional, methods_help()),
           span("history_s", at(&F::history), {0, 600}, optional, "how late a measurement may come"),
+          choice<F, Kinematics>("kinematics", at(&F::kinematics),
+                                {{"cv", Kinematics::Cv},
+                                 {"ca", Kinematics::Ca},
+                                 {"launch", Kinematics::Launch},
+                                 {"vdie", Kinematics::Vdie}},
+                                optional, "how a vehicle moves (joint, schmidt)"),
+          number("q_cv_m2_s3", at(&F::q_cv_m2_s3), {1e-6, 1e9}, optional, "white acceleration density of cv and vdie"),
+          number("q_ca_m2_s5", at(&F::q_ca_m2_s5), {1e-6, 1e9}, optional, "white jerk density of ca"),
           span("batch_ms", at(&F::batch), {1, 10'000}, optional,
                "fusion interval of song2015 on the UTC grid; a multiple of range.tick_ms"),
-          number("q_m2_s3", at(&F::q_m2_s3), {1e-6, 1e9}, optional, "white acceleration density of the fused track"),
+          number("q_m2_s3", at(&F::q_m2_s3), {1e-6, 1e9}, optional,
+                 "white acceleration density of the fused track (song2015)"),
           number("gate_probability", at(&F::gate_probability), {0.5, 0.999999999}, optional,
                  "share of good measurements that pass the gate"),
           integer("reopen_after", at(&F::reopen_after), {1, 1'000'000}, optional,
                   "rejections in a row after which a source's bias is opened again"),
           number("initial_sigma_velocity_m_s", at(&F::initial_sigma_velocity_m_s), {0.1, 1e5}, optional,
                  "velocity 1-sigma per axis of a track's first estimate"),
+          number("initial_sigma_acceleration_m_s2", at(&F::initial_sigma_acceleration_m_s2), {0.01, 1e4}, optional,
+                 "acceleration 1-sigma per axis of a track's first estimate (ca, launch)"),
           flag("publish_on_data", at(&F::publish_on_data), optional,
                "true: a trajectory with each measurement; false: on the tick"),
       });

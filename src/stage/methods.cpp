@@ -15,16 +15,26 @@ MethodSettings settings_of(const RangeConfig& config) {
     s.radars.push_back({.site = radar.site,
                         .sigma = {.range_m = radar.sigma.range_m,
                                   .azimuth_rad = radar.sigma.azimuth_rad * angle,
-                                  .elevation_rad = radar.sigma.elevation_rad * angle}});
+                                  .elevation_rad = radar.sigma.elevation_rad * angle},
+                        .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
+                        .bias = bias_model_of(radar.bias),
+                        .refractivity = radar.refractivity});
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
   s.history = config.fuse.history;
   s.gate_probability = config.fuse.gate_probability;
   s.reopen_after = config.fuse.reopen_after;
+  s.kinematics = config.fuse.kinematics;
+  s.q_cv_m2_s3 = config.fuse.q_cv_m2_s3;
+  s.q_ca_m2_s5 = config.fuse.q_ca_m2_s5;
   s.batch = config.fuse.batch;
   s.q_m2_s3 = config.fuse.q_m2_s3;
   s.initial_sigma_velocity_m_s = config.fuse.initial_sigma_velocity_m_s;
+  s.initial_sigma_acceleration_m_s2 = config.fuse.initial_sigma_acceleration_m_s2;
+  s.gps_error = config.align.gps_error;
+  s.gps_alignment = config.align.gps_alignment;
+  s.no_gps = config.align.no_gps;
   s.bias_offset_prior_m = config.align.offset_prior_m;
   s.bias_scale_prior = config.align.scale_prior;
   s.bias_window = config.align.window;

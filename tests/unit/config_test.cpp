@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <sstream>
 #include <string>
+#include <tuple>
 
 #include "config/load.hpp"
 
@@ -153,6 +155,148 @@ TEST(Override, ReplacesTheFilesValueAndLoadsAgain) {
   for (std::size_t i = 0; i < config.range.radars.size(); ++i) {
     EXPECT_EQ(config.range.radars[i].site.ecef().m, again.range.radars[i].site.ecef().m);
   }
+}
+
+TEST(Cape, OneRadarSeesThroughTheAtmosphere) {
+  const RangeConfig range = load(source_dir / "config/cape.toml").range;
+  ASSERT_EQ(range.radars.size(), 3u);
+  EXPECT_EQ(range.radars[0].refractivity, 0);
+  EXPECT_EQ(range.radars[2].id.view(), "downrange");
+  EXPECT_EQ(range.radars[2].refractivity, 320);
+}
+
+/// The naro configuration with keys put into its first radar.
+std::string with_radar_keys(const std::string& keys) {
+  std::string text = read(naro);
+  const std::string from = "bias_blocks = ";
+  const std::string to = "\n\n[[radar]]";
+  const std::size_t begin = text.find(from);
+  return text.replace(begin, text.find(to) - begin, keys);
+}
+
+TEST(Bias, EveryKeyReachesTheModel) {
+  const RangeConfig range = load_text(with_radar_keys(R"(
+bias_blocks = ["time", "sez_scale", "polar", "sez_offset"]
+bias_prior_range_m = 1
+bias_prior_angle_deg = 2
+bias_prior_range_scale = 0.3
+bias_prior_angle_scale = 0.4
+bias_prior_sez_offset_m = 5
+bias_prior_sez_scale = 0.6
+bias_prior_time_tag_ms = 7
+bias_drift_range_m_sqrt_s = 10
+bias_drift_angle_deg_sqrt_s = 12
+bias_drift_range_scale_sqrt_s = 0.13
+bias_drift_angle_scale_sqrt_s = 0.14
+bias_drift_sez_offset_m_sqrt_s = 15
+bias_drift_sez_scale_sqrt_s = 0.16
+bias_drift_time_tag_ms_sqrt_s = 17
+)"),
+                                      naro)
+                                .range;
+  const BiasModel model = bias_model_of(range.radars[0].bias);
+  ASSERT_EQ(model.terms.size(), 13u);
+  using enum BiasTerm;
+  const std::vector<std::tuple<BiasTerm, double, double>> expected{
+      {OffsetSouth, 5, 15},
+      {OffsetEast, 5, 15},
+      {OffsetZenith, 5, 15},
+      {ScaleSouth, 0.6, 0.16},
+      {ScaleEast, 0.6, 0.16},
+      {ScaleZenith, 0.6, 0.16},
+      {OffsetRange, 1, 10},
+      {OffsetAzimuth, 2 * degree, 12 * degree},
+      {OffsetElevation, 2 * degree, 12 * degree},
+      {ScaleRange, 0.3, 0.13},
+      {ScaleAzimuth, 0.4, 0.14},
+      {ScaleElevation, 0.4, 0.14},
+      {TimeTag, 7e-3, 17e-3},
+  };
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const auto& [term, prior, drift] = expected[i];
+    const auto k = static_cast<Eigen::Index>(term);
+    EXPECT_EQ(model.terms[i], term);
+    EXPECT_DOUBLE_EQ(std::sqrt(model.prior_cov(k, k)), prior) << to_string(term);
+    EXPECT_DOUBLE_EQ(model.drift[k], drift) << to_string(term);
+  }
+  EXPECT_TRUE(model.prior_cov.isDiagonal());
+}
+
+TEST(Bias, DefaultsAreThoseOfTheEstimators) {
+  const BiasModel configured = bias_model_of(load_text(with_radar_keys(""), naro).range.radars[0].bias);
+  const BiasModel model = RadarModel().bias;
+  EXPECT_EQ(configured.terms, model.terms);
+  EXPECT_EQ(configured.drift, model.drift);
+  for (const BiasTerm term : model.terms) {
+    const auto i = static_cast<Eigen::Index>(term);
+    EXPECT_DOUBLE_EQ(configured.prior_cov(i, i), model.prior_cov(i, i)) << to_string(term);
+  }
+  const MethodSettings settings;
+  const RangeConfig range = load(naro).range;
+  EXPECT_EQ(range.align.no_gps.angle_prior_rad, settings.no_gps.angle_prior_rad);
+  EXPECT_EQ(range.fuse.q_ca_m2_s5, settings.q_ca_m2_s5);
+}
+
+TEST(Bias, BadValuesOfARadarSayWhatIsAllowed) {
+  const auto problem_of = [](const std::string& line) {
+    const std::vector<Problem> problems = problems_of(with_radar_keys(line));
+    if (problems.size() != 1) return std::to_string(problems.size()) + " problems: " + joined(problems);
+    return problems[0].key + ": " + problems[0].message;
+  };
+  const std::string list =
+      R"(allowed: a list out of "polar", "sez_offset", "sez_scale", "time", each once, one or more)";
+  EXPECT_EQ(problem_of("bias_blocks = []"), "radar[0].bias_blocks: found [] (list), " + list);
+  EXPECT_EQ(problem_of(R"(bias_blocks = ["time", "time"])"),
+            R"(radar[0].bias_blocks: found [ "time", "time" ] (list), )" + list);
+  EXPECT_EQ(problem_of(R"(bias_blocks = ["cartesian"])"),
+            R"(radar[0].bias_blocks: found [ "cartesian" ] (list), )" + list);
+  EXPECT_EQ(problem_of(R"(bias_blocks = "polar")"), R"(radar[0].bias_blocks: found "polar" (text), )" + list);
+  const std::vector<std::pair<std::string, std::string>> sizes{
+      {"range_m", "100000 m"},      {"angle_deg", "20 deg"}, {"range_scale", "1"},       {"angle_scale", "1"},
+      {"sez_offset_m", "100000 m"}, {"sez_scale", "1"},      {"time_tag_ms", "10000 ms"}};
+  for (const auto& [name, most] : sizes) {
+    const std::string prior = "bias_prior_" + name;
+    for (const char* value : {"-1", "0", "1e9", "nan"}) {
+      const std::string problem = problem_of(prior + " = " + value);
+      EXPECT_EQ(problem.find("radar[0]." + prior + ": found "), 0u) << problem;
+      EXPECT_NE(problem.find("allowed: a number from 1e-09 to " + most), std::string::npos) << problem;
+    }
+    const std::string drift = "bias_drift_" + name + "_sqrt_s";
+    for (const char* value : {"-1", "1e9", "inf"}) {
+      const std::string problem = problem_of(drift + " = " + value);
+      EXPECT_EQ(problem.find("radar[0]." + drift + ": found "), 0u) << problem;
+      EXPECT_NE(problem.find("allowed: a number from 0 to "), std::string::npos) << problem;
+      EXPECT_NE(problem.find("sqrt(s)"), std::string::npos) << problem;
+    }
+  }
+}
+
+TEST(Methods, BadSettingsSayWhatIsAllowed) {
+  const std::string text = read(naro);
+  const std::vector<std::tuple<std::string, std::string, std::string>> bad{
+      {"align.gps_error_states", "1", "true or false"},
+      {"align.gps_error_sigma_m", "0", "a number from 0.001 to 10000 m"},
+      {"align.gps_error_tau_s", "0", "a number from 0.1 to 100000 s"},
+      {"align.gps_reference", "guess", R"("predict" or "smooth")"},
+      {"align.smooth_fixes", "0", "a whole number from 1 to 16"},
+      {"align.smooth_fixes", "17", "a whole number from 1 to 16"},
+      {"align.no_gps", "\"no\"", "true or false"},
+      {"align.no_gps_offset_prior_m", "0", "a number from 0.001 to 100000 m"},
+      {"align.no_gps_angle_prior_deg", "21", "a number from 1e-06 to 20 deg"},
+      {"align.no_gps_wander_deg", "-1", "a number from 1e-06 to 20 deg"},
+      {"align.no_gps_wander_tau_s", "nan", "a number from 0.1 to 100000 s"},
+      {"fuse.kinematics", "imm", R"("cv" or "ca" or "launch" or "vdie")"},
+      {"fuse.q_cv_m2_s3", "0", "a number from 1e-06 to 1000000000 m^2/s^3"},
+      {"fuse.q_ca_m2_s5", "-10", "a number from 1e-06 to 1000000000 m^2/s^5"},
+      {"fuse.initial_sigma_acceleration_m_s2", "0", "a number from 0.01 to 10000 m/s^2"},
+  };
+  for (const auto& [key, value, allowed] : bad) {
+    const std::vector<Problem> problems = problems_of(text, {{key, value, "--set"}});
+    ASSERT_EQ(problems.size(), 1u) << key << '\n' << joined(problems);
+    EXPECT_NE(problems[0].message.find("allowed: " + allowed), std::string::npos) << joined(problems);
+  }
+  EXPECT_EQ(load(naro, {{"fuse.kinematics", "vdie", "--set"}}).range.fuse.kinematics, Kinematics::Vdie);
+  EXPECT_TRUE(load(naro, {{"align.gps_reference", "smooth", "--set"}}).range.align.gps_alignment.smooth);
 }
 
 TEST(Override, ProblemsNameTheOption) {

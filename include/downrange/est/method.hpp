@@ -10,6 +10,7 @@
 #include <downrange/geo/site.hpp>
 #include <downrange/geo/time.hpp>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -118,8 +119,8 @@ struct GpsAlignment {
 struct NoGpsRegime {
   bool enabled = true;
   double offset_prior_m = 25;
-  double angle_prior_rad = 8.7266e-4;           ///< 0.05 deg
-  double coloured_angle_sigma_rad = 3.4907e-4;  ///< 0.02 deg
+  double angle_prior_rad = 0.05 * std::numbers::pi / 180;
+  double coloured_angle_sigma_rad = 0.02 * std::numbers::pi / 180;
   double coloured_angle_tau_s = 30;
 };
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include <downrange/est/method.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/site.hpp>
@@ -12,12 +13,43 @@
 
 namespace downrange {
 
+/// One size per kind of bias term.
+struct BiasSizes {
+  double range_m = 0;  ///< block polar
+  double angle_rad = 0;
+  double range_scale = 0;
+  double angle_scale = 0;
+  double sez_offset_m = 0;  ///< block sez_offset
+  double sez_scale = 0;     ///< block sez_scale
+  double time_tag_s = 0;    ///< block time
+};
+
+/// What a radar's bias is made of (ALGORITHMS.md section 3), for the methods that leave it open (joint, schmidt).
+struct BiasConfig {
+  std::vector<BiasBlock> blocks{BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time};
+  /// 1-sigma before any data.
+  BiasSizes prior{.range_m = 100,
+                  .angle_rad = 0.2 * std::numbers::pi / 180,
+                  .range_scale = 1e-4,
+                  .angle_scale = 1e-3,
+                  .sez_offset_m = 100,
+                  .sez_scale = 3e-4,
+                  .time_tag_s = 0.02};
+  BiasSizes drift;  ///< random walk per square root of a second
+};
+
+/// The terms of the blocks with their priors and drifts.
+[[nodiscard]] BiasModel bias_model_of(const BiasConfig& config);
+
 struct RadarConfig {
   Name id;
   Site site;
-  PolarSigma sigma;            ///< instrument noise, 1-sigma
-  double angle_inflation = 4;  ///< factor on the angle variances for slow pointing errors (ALGORITHMS 4a)
-  double rate_hz = 10;         ///< nominal plot rate
+  PolarSigma sigma;                   ///< instrument noise, 1-sigma
+  double angle_inflation = 4;         ///< factor on the angle variances for slow pointing errors (ALGORITHMS 4a)
+  bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)
+  double refractivity = 0;            ///< N-units at the site; 0: plots are free of refraction, or corrected already
+  BiasConfig bias;
+  double rate_hz = 10;  ///< nominal plot rate
   double range_min_m = 0;
   double range_max_m = 4e6;
   double elevation_min_rad = 0;
@@ -58,10 +90,13 @@ struct IngestConfig {
   bool expect_simulated = false;  ///< the `simulated` flag every input must carry
 };
 
-/// Bias estimation (method song2015).
+/// Bias estimation.
 struct AlignConfig {
-  double offset_prior_m = 100;                ///< 1-sigma per SEZ axis
-  double scale_prior = 3e-4;                  ///< 1-sigma per SEZ axis
+  GpsErrorModel gps_error;                    ///< of joint and schmidt
+  GpsAlignment gps_alignment;                 ///< of song2015 and schmidt
+  NoGpsRegime no_gps;                         ///< of joint
+  double offset_prior_m = 100;                ///< song2015: 1-sigma per SEZ axis
+  double scale_prior = 3e-4;                  ///< likewise
   int window = 20;                            ///< samples of the paper's windowed process noise; 0: none, drift only
   double offset_drift_m_sqrt_s = 0.3;         ///< random walk of the offsets, m/sqrt(s)
   double scale_drift_sqrt_s = 1e-6;           ///< random walk of the scales, 1/sqrt(s)
@@ -70,13 +105,17 @@ struct AlignConfig {
 };
 
 struct FuseConfig {
-  std::vector<Name> methods{"song2015"};  ///< side by side; slaving follows the first
-  Duration history = milliseconds(5000);  ///< how late a measurement may be
-  Duration batch = milliseconds(100);     ///< fusion interval of song2015, on the UTC grid
-  double q_m2_s3 = 1000;                  ///< white acceleration PSD of the fused track
+  std::vector<Name> methods{"song2015"};       ///< side by side; slaving follows the first
+  Duration history = milliseconds(5000);       ///< how late a measurement may be
+  Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
+  double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
+  double q_ca_m2_s5 = 10;                      ///< white jerk of ca
+  Duration batch = milliseconds(100);          ///< fusion interval of song2015, on the UTC grid
+  double q_m2_s3 = 1000;                       ///< song2015: white acceleration PSD of the fused track
   double gate_probability = 0.9999;
   int reopen_after = 50;  ///< rejections in a row before a source's bias is opened again
   double initial_sigma_velocity_m_s = 3000;
+  double initial_sigma_acceleration_m_s2 = 20;
   bool publish_on_data = true;  ///< trajectory with each measurement; false: on the tick
 };
 

@@ -1,0 +1,45 @@
+#include <downrange/stage/range_config.hpp>
+
+namespace downrange {
+namespace {
+
+double size_of(const BiasSizes& sizes, BiasTerm term) {
+  switch (term) {
+    case BiasTerm::OffsetSouth:
+    case BiasTerm::OffsetEast:
+    case BiasTerm::OffsetZenith:
+      return sizes.sez_offset_m;
+    case BiasTerm::ScaleSouth:
+    case BiasTerm::ScaleEast:
+    case BiasTerm::ScaleZenith:
+      return sizes.sez_scale;
+    case BiasTerm::OffsetRange:
+      return sizes.range_m;
+    case BiasTerm::OffsetAzimuth:
+    case BiasTerm::OffsetElevation:
+      return sizes.angle_rad;
+    case BiasTerm::ScaleRange:
+      return sizes.range_scale;
+    case BiasTerm::ScaleAzimuth:
+    case BiasTerm::ScaleElevation:
+      return sizes.angle_scale;
+    case BiasTerm::TimeTag:
+      return sizes.time_tag_s;
+  }
+  return 0;
+}
+
+}  // namespace
+
+BiasModel bias_model_of(const BiasConfig& config) {
+  BiasModel model = bias_model(config.blocks);
+  for (const BiasTerm term : model.terms) {
+    const auto i = static_cast<Eigen::Index>(term);
+    const double prior = size_of(config.prior, term);
+    model.prior_cov(i, i) = prior * prior;
+    model.drift[i] = size_of(config.drift, term);
+  }
+  return model;
+}
+
+}  // namespace downrange
