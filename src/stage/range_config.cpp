@@ -31,6 +31,8 @@ double size_of(const BiasSizes& sizes, BiasTerm term) {
 
 }  // namespace
 
+std::vector<BiasBlock> default_bias_blocks() { return {BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time}; }
+
 BiasModel bias_model_of(const BiasConfig& config) {
   BiasModel model = bias_model(config.blocks);
   for (const BiasTerm term : model.terms) {

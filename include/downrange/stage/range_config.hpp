@@ -24,9 +24,12 @@ struct BiasSizes {
   double time_tag_s = 0;    ///< block time
 };
 
+/// polar, sez_offset, time.
+[[nodiscard]] std::vector<BiasBlock> default_bias_blocks();
+
 /// What a radar's bias is made of (ALGORITHMS.md section 3), for the methods that leave it open (joint, schmidt).
 struct BiasConfig {
-  std::vector<BiasBlock> blocks{BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time};
+  std::vector<BiasBlock> blocks = default_bias_blocks();
   /// 1-sigma before any data.
   BiasSizes prior{.range_m = 100,
                   .angle_rad = 0.2 * std::numbers::pi / 180,
