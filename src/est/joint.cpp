@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/imm.hpp>
 #include <downrange/est/joint.hpp>
 #include <limits>
 #include <stdexcept>
@@ -9,10 +8,6 @@
 
 namespace downrange {
 namespace {
-
-/// Models interact on this grid of UTC; after a long silence in as many steps as below.
-constexpr Duration mixing_step = milliseconds(200);
-constexpr int most_mixing_steps = 300;
 
 constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
 
@@ -37,7 +32,6 @@ Joint::Joint(MethodSettings settings)
       models_(model_set(settings_)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
-      switching_(imm::switching_over<3>(models_.rates, mixing_step.seconds())),
       gate2_(chi2_quantile(settings_.gate_probability, 2)),
       gate3_(chi2_quantile(settings_.gate_probability, 3)),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
@@ -134,18 +128,7 @@ void Joint::predict(Target& t, Time to) const {
 }
 
 void Joint::advance(Target& t, Time to) const {
-  if (models_.count > 1) {
-    const Duration gap = to - t.mixed;
-    const bool long_silence = gap.ns > most_mixing_steps * mixing_step.ns;
-    const Duration step =
-        long_silence ? Duration{(gap.ns / most_mixing_steps / mixing_step.ns + 1) * mixing_step.ns} : mixing_step;
-    const Mat<3, 3> switching = long_silence ? imm::switching_over<3>(models_.rates, step.seconds()) : switching_;
-    for (Time grid = ceil_to_grid(t.mixed + Duration{1}, step); grid <= to; grid = grid + step) {
-      predict(t, grid);
-      mix(t.bank, models_, switching, motion_at, scratch_);
-      t.mixed = grid;
-    }
-  }
+  interact(t.bank, models_, motion_at, t.mixed, to, scratch_, [&](Time grid) { predict(t, grid); });
   predict(t, to);
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <downrange/est/imm.hpp>
 #include <downrange/est/kinematics.hpp>
 #include <downrange/geo/earth.hpp>
 
@@ -63,6 +64,10 @@ Gaussian<9> predict(const MotionModel& model, const Gaussian<9>& x, double dt) {
   return y;
 }
 
+Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt) {
+  return imm::switching_over<ModelSet::max_models>(set.rates, dt);
+}
+
 ModelSet model_set(const MethodSettings& settings) {
   using Noise = MotionModel::Noise;
   ModelSet set;
@@ -84,6 +89,7 @@ ModelSet model_set(const MethodSettings& settings) {
       set.ballistic = 0;
       break;
   }
+  set.switching = switching_over(set, 0.2);
   return set;
 }
 

@@ -2,6 +2,7 @@
 #include <downrange/est/joint.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/rewind.hpp>
+#include <downrange/est/schmidt.hpp>
 #include <downrange/est/song2015.hpp>
 #include <stdexcept>
 #include <string>
@@ -47,6 +48,7 @@ struct NamedMethod {
 /// The table of methods: a new one is a line here and a file beside song2015.cpp.
 constexpr NamedMethod methods[] = {
     {"joint", [](const MethodSettings& s) { return rewound(Joint(s)); }},
+    {"schmidt", [](const MethodSettings& s) { return rewound(Schmidt(s)); }},
     {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }},
     {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
 };

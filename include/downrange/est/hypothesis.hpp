@@ -173,6 +173,24 @@ void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9
 /// size of the bank.
 void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch);
 
+/// The interactions due until `to`, on a grid of UTC (coarser after a long silence), each after `predict(grid
+/// instant)`. `mixed` is the last one's instant.
+template <class Predict>
+void interact(Bank& bank, const ModelSet& set, int motion_at, Time& mixed, Time to, Bank& scratch,
+              const Predict& predict) {
+  constexpr Duration step = milliseconds(200);
+  constexpr int most_steps = 300;
+  if (bank.count == 1) return;
+  const std::int64_t multiple = (to - mixed).ns / most_steps / step.ns + 1;
+  const Duration grid{multiple * step.ns};
+  const Mat<3, 3> switching = multiple == 1 ? set.switching : switching_over(set, grid.seconds());
+  for (Time t = ceil_to_grid(mixed + Duration{1}, grid); t <= to; t = t + grid) {
+    predict(t);
+    mix(bank, set, switching, motion_at, scratch);
+    mixed = t;
+  }
+}
+
 /// Bayes on the probabilities.
 void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods);
 

@@ -95,7 +95,6 @@ class Joint {
   ModelSet models_;
   BiasLayout layout_;
   BiasLayout layout_without_gps_;
-  Mat<3, 3> switching_;  ///< over one mixing step
   double gate2_;
   double gate3_;
   double gate6_;

@@ -40,12 +40,15 @@ struct ModelSet {
   std::array<MotionModel, max_models> model{};
   /// Rates per second; row: from, column: to; rows sum to zero.
   Mat<max_models, max_models> rates = Mat<max_models, max_models>::Zero();
+  /// Probabilities of these changes within 0.2 s, the interval of the models' interaction.
+  Mat<max_models, max_models> switching = Mat<max_models, max_models>::Identity();
   Vec<max_models> initial_probability = Vec<max_models>::UnitX();
   /// A model whose specific force is 0 +- 0.01 m/s^2; -1: none.
   int ballistic = -1;
 };
 inline constexpr double ballistic_sigma_m_s2 = 0.01;
 
+[[nodiscard]] Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt);
 [[nodiscard]] ModelSet model_set(const MethodSettings& settings);
 
 }  // namespace downrange

@@ -1,0 +1,99 @@
+#pragma once
+/// The range paper's two stages done right: biases against GPS, then a fusion of radars only (ALGORITHMS.md, method
+/// `schmidt`). For ranges whose radar track must stay independent of telemetry.
+
+#include <array>
+#include <downrange/est/hypothesis.hpp>
+#include <downrange/est/method.hpp>
+#include <downrange/est/source_checks.hpp>
+
+namespace downrange {
+
+/// Schmidt-Kalman filter (Schmidt 1966): the joint covariance of everything is kept, but each measurement corrects only
+/// what it is allowed to. State vector, ECEF:
+///
+///  0-8    motion of the fused track: radars only
+///  9-17   motion of the GPS track: fixes only, constant acceleration
+///  18-20  slowly varying GPS error (first-order Gauss-Markov)
+///  21-    per radar the terms of its BiasModel
+///
+/// A plot corrects the biases by what it differs from the GPS track, whose error is *considered*: all plots between two
+/// fixes share it and do not count it as independent; a later fix corrects the biases through that covariance. The same
+/// plot corrects the fused track, whose biases' error is considered alike.
+class Schmidt {
+ public:
+  static constexpr int fused_at = 0;
+  static constexpr int gps_at = 9;
+  static constexpr int gps_error_at = 18;
+  static constexpr int first_radar_at = 21;
+  static constexpr int max_radars = 64;
+
+  struct Radar {
+    Time epoch;    ///< newest accepted plot
+    Time updated;  ///< newest plot that corrected the bias
+    std::uint64_t samples = 0;
+    int rejected_in_row = 0;  ///< by the bias
+  };
+  struct Target {
+    bool has_state = false;  ///< the bank is sized and holds the biases
+    bool fused_started = false;
+    bool gps_started = false;
+    bool gps_confirmed = false;  ///< a second fix agreed: before, the GPS track is no reference
+    Time epoch;                  ///< of the bank
+    Time mixed;
+    Bank bank;
+    Time data_epoch;  ///< newest accepted plot
+    Time gps_epoch;   ///< newest accepted fix
+    std::array<Time, max_radars> contributed{};
+    std::vector<Radar> radars;
+    LastFix last_fix;
+    double nis = 0;
+    int nis_dof = 0;
+    int plots_rejected_in_row = 0;
+    int fixes_rejected_in_row = 0;
+  };
+  struct State {
+    std::vector<Target> targets;
+    std::vector<SourceAccount> accounts;
+  };
+
+  /// Throws std::invalid_argument for more than max_radars radars.
+  explicit Schmidt(MethodSettings settings);
+
+  [[nodiscard]] State initial() const;
+  /// Gives the fused track its first estimate.
+  void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
+  Outcome apply(State& state, const Measurement& m) const;
+
+  [[nodiscard]] std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const;
+  [[nodiscard]] std::optional<TrackEstimate> gps_track(const State& state, int target, Time at) const;
+  /// As the target knows it that last saw the radar.
+  [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
+  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
+    return state.accounts[static_cast<std::size_t>(source)];
+  }
+  [[nodiscard]] const MethodSettings& settings() const { return settings_; }
+
+ private:
+  void size_state(Target& t, Time epoch) const;
+  void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
+  void start_gps(Target& t, const Measurement& m) const;
+  void advance(Target& t, Time to) const;
+  void predict(Target& t, Time to) const;
+  [[nodiscard]] bool has_reference(const Target& t, Time at) const;
+  Outcome apply_fix(State& s, const Measurement& m) const;
+  template <int M>
+  Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const;
+  Outcome apply_plot(State& s, const Measurement& m) const;
+  Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
+
+  MethodSettings settings_;
+  ModelSet models_;
+  MotionModel gps_model_;
+  BiasLayout layout_;
+  double gate3_;
+  double gate6_;
+  mutable Bank scratch_;  ///< of the interaction; nothing is remembered in it
+};
+
+}  // namespace downrange

@@ -1,0 +1,364 @@
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/schmidt.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace downrange {
+namespace {
+
+constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
+
+/// What is corrected: rows of the gain that are not zero.
+struct Rows {
+  int at = 0;
+  int size = 0;
+};
+
+/// K = P H' S^-1 in the given rows, zero elsewhere.
+template <int M>
+Columns<M> masked_gain(const Evidence<M>& e, std::initializer_list<Rows> corrected) {
+  const Eigen::LLT<Mat<M, M>> llt(e.S);
+  const Columns<M> K = llt.matrixL().transpose().template solve<Eigen::OnTheRight>(e.W);
+  Columns<M> masked = Columns<M>::Zero(K.rows(), M);
+  for (const Rows& rows : corrected) masked.middleRows(rows.at, rows.size) = K.middleRows(rows.at, rows.size);
+  return masked;
+}
+
+/// P H' from the evidence, W L'.
+template <int M>
+Columns<M> cross(const Evidence<M>& e) {
+  return e.W * Mat<M, M>(Eigen::LLT<Mat<M, M>>(e.S).matrixL()).transpose();
+}
+
+/// (I - K H) P (I - K H)' + K R K' for any gain K, with PHt = P H' and S = H P H' + R: P - K (P H')' - (P H') K' + K S
+/// K'.
+template <int M>
+void take_with_gain(Hypothesis& h, const Columns<M>& K, const Columns<M>& PHt, const Mat<M, M>& S) {
+  const Columns<M> half = PHt - K * (S / 2);
+  h.P.noalias() -= K * half.transpose();
+  h.P.noalias() -= half * K.transpose();
+  h.P.triangularView<Eigen::StrictlyUpper>() = h.P.transpose();
+}
+
+}  // namespace
+
+Schmidt::Schmidt(MethodSettings settings)
+    : settings_(std::move(settings)),
+      models_(model_set(settings_)),
+      gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
+      layout_(bias_layout(settings_.radars, first_radar_at)),
+      gate3_(chi2_quantile(settings_.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states)
+    throw std::invalid_argument("method schmidt takes at most " + std::to_string(max_radars) + " radars");
+}
+
+Schmidt::State Schmidt::initial() const {
+  State s;
+  s.targets.resize(static_cast<std::size_t>(settings_.targets));
+  for (Target& target : s.targets) {
+    target.contributed.fill(never);
+    target.radars.resize(settings_.radars.size());
+  }
+  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  return s;
+}
+
+void Schmidt::size_state(Target& t, Time epoch) const {
+  if (t.has_state) return;
+  t.has_state = true;
+  t.epoch = t.mixed = epoch;
+  t.bank.count = models_.count;
+  t.bank.probability = models_.initial_probability;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    h.x.setZero(first_radar_at + layout_.size);
+    h.P.setZero(h.x.size(), h.x.size());
+    for (const RadarBlock& block : layout_.radars) reset_bias(h, block, settings_.no_gps);
+  }
+}
+
+void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const {
+  t.fused_started = true;
+  t.data_epoch = epoch;
+  t.plots_rejected_in_row = 0;
+  t.bank.probability = models_.initial_probability;
+  set_motion(t.bank, models_, fused_at, motion);
+}
+
+void Schmidt::start_gps(Target& t, const Measurement& m) const {
+  t.gps_started = true;
+  t.gps_confirmed = false;
+  t.gps_epoch = m.epoch;
+  t.fixes_rejected_in_row = 0;
+  const Gaussian<9> motion = first_motion(m, settings_, nullptr);
+  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    reset_block(h, gps_at, motion.mean, motion.cov);
+    reset_block(h, gps_error_at, Vec<3>::Zero(), variance * Mat<3, 3>::Identity());
+  }
+}
+
+void Schmidt::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
+  Target& t = s.targets[static_cast<std::size_t>(target)];
+  size_state(t, epoch);
+  start_fused(t, epoch, estimate);
+}
+
+void Schmidt::predict(Target& t, Time to) const {
+  const double dt = (to - t.epoch).seconds();
+  t.epoch = to;
+  if (dt <= 0) return;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    const MotionModel& model = models_.model[static_cast<std::size_t>(i)];
+    if (t.fused_started) predict_motion(h, fused_at, model, dt);
+    if (t.gps_started) predict_motion(h, gps_at, gps_model_, dt);
+    if (t.fused_started && t.gps_started && model.noise == gps_model_.noise) {
+      // One vehicle moves both tracks: the jerk that both models allow for is the same jerk.
+      MotionModel shared = gps_model_;
+      shared.q = std::min(model.q, gps_model_.q);
+      const Mat<3, 3> Q = process_noise(shared, dt);
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+          h.P.block<3, 3>(fused_at + 3 * row, gps_at + 3 * column).diagonal().array() += Q(row, column);
+          h.P.block<3, 3>(gps_at + 3 * row, fused_at + 3 * column).diagonal().array() += Q(row, column);
+        }
+      }
+    }
+    if (settings_.gps_error.enabled && t.gps_started)
+      predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+    predict_bias(h, layout_, settings_.no_gps, dt);
+  }
+}
+
+void Schmidt::advance(Target& t, Time to) const {
+  interact(t.bank, models_, fused_at, t.mixed, to, scratch_, [&](Time grid) { predict(t, grid); });
+  predict(t, to);
+}
+
+bool Schmidt::has_reference(const Target& t, Time at) const {
+  return t.gps_confirmed && at - t.gps_epoch <= settings_.gps_max_age;
+}
+
+Outcome Schmidt::apply(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  size_state(t, m.epoch);
+  advance(t, m.epoch);
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
+  const std::size_t source = static_cast<std::size_t>(m.source) + (gps ? settings_.radars.size() : 0);
+  count(s.accounts[source], outcome.verdict);
+  return outcome;
+}
+
+template <int M>
+Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const {
+  std::array<Evidence<M>, ModelSet::max_models> evidence;
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    evidence[k] =
+        weigh<M>(t.bank.mode[k], fix_jacobian<M>(gps_at), fix_residual<M>(t.bank.mode[k], gps_at, m), fix_noise<M>(m));
+    if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
+  }
+  // The GPS track is the same in all modes: one judges for all.
+  const Evidence<M>& e = evidence[0];
+  const Outcome outcome{.verdict = e.nis <= gate ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  const int biases = layout_.size;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    const Evidence<M>& own = evidence[static_cast<std::size_t>(i)];
+    const Columns<M> K = masked_gain(own, {{gps_at, 12}, {first_radar_at, biases}});
+    h.x.noalias() += K * own.nu;
+    take_with_gain<M>(h, K, cross(own), own.S);
+  }
+  const Vec<M> normalised = e.nu.cwiseQuotient(e.S.diagonal().cwiseSqrt());
+  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, e.nis / M);
+  return outcome;
+}
+
+Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = s.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
+  const auto remember_fix = [&] {
+    const Hypothesis& h = t.bank.mode[0];
+    remember(t.last_fix, m, h.x.segment<3>(gps_at + 3), h.P.block<3, 3>(gps_at + 3, gps_at + 3));
+  };
+  if (t.gps_started && is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  // A track too old to serve as reference is no judge of the receiver that returns either.
+  if (!t.gps_started || m.epoch - t.gps_epoch > settings_.gps_max_age) {
+    start_gps(t, m);
+    remember_fix();
+    return {};
+  }
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  Outcome outcome = with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
+  if (outcome.verdict == Verdict::Accepted) {
+    t.gps_confirmed = true;
+    t.gps_epoch = m.epoch;
+    t.fixes_rejected_in_row = 0;
+  } else if (!t.gps_confirmed || ++t.fixes_rejected_in_row >= gps_restart_after) {
+    start_gps(t, m);  // a receiver that insists is right, and a track that nothing has confirmed gives way at once
+    outcome.verdict = Verdict::Accepted;
+  }
+  remember_fix();
+  return outcome;
+}
+
+Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const auto source = static_cast<std::size_t>(m.source);
+  if (!settings_.radars[source].measures_range) return {};
+  SourceAccount& account = s.accounts[source];
+  Outcome outcome;
+  if (!t.fused_started) {
+    start_fused(t, m.epoch, first_motion(m, settings_, &layout_.radars[source]));
+  } else {
+    outcome = correct(t, account, m);
+  }
+  if (outcome.verdict == Verdict::Accepted) {
+    t.data_epoch = m.epoch;
+    t.nis = outcome.nis;
+    t.nis_dof = outcome.dof;
+    t.plots_rejected_in_row = 0;
+    t.contributed[source] = m.epoch;
+    t.radars[source].epoch = m.epoch;
+    return outcome;
+  }
+  if (++t.plots_rejected_in_row >= settings_.reopen_after) {
+    start_fused(t, m.epoch, first_motion(m, settings_, &layout_.radars[source]));
+  } else if ((account.rejected_in_row + 1) % settings_.reopen_after == 0) {
+    for (int i = 0; i < t.bank.count; ++i)
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout_.radars[source], settings_.no_gps);
+  }
+  return outcome;
+}
+
+Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
+  const auto source = static_cast<std::size_t>(m.source);
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout_.radars[source];
+  const Mat<3, 3> R = plot_variance(radar, m.plot.elevation_rad).asDiagonal();
+  const bool referenced = has_reference(t, m.epoch);
+
+  // What the fused track and what the GPS track say of the plot; its noise is common to both.
+  std::array<PlotLinearisation, ModelSet::max_models> by_fused;
+  std::array<Evidence<3>, ModelSet::max_models> of_fused;
+  Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    by_fused[k] = linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, m.plot);
+    of_fused[k] = weigh<3>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
+    if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 3};
+    log_likelihoods[i] = of_fused[k].log_likelihood;
+    if (of_fused[k].nis < nearest) nearest = of_fused[k].nis;
+  }
+  const Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
+                        .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
+                        .dof = 3};
+  Radar& known = t.radars[source];
+  bool learns = false;
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    Hypothesis& h = t.bank.mode[k];
+    const Evidence<3>& f = of_fused[k];
+    const PlotLinearisation by_gps = linearise_plot(h, gps_at, gps_model_, radar, block, m.plot);
+    const Evidence<3> g = weigh<3>(h, by_gps.H, by_gps.nu, R);
+    learns = referenced && !g.singular && g.nis <= gate3_;
+    const bool follows = outcome.verdict == Verdict::Accepted;
+    if (!learns && !follows) continue;
+
+    // Stacked: rows 0-2 correct the fused track, rows 3-5 the biases; S off the diagonal is H_f P H_g' + R.
+    Columns<6> PHt(h.x.size(), 6);
+    PHt << cross(f), cross(g);
+    Columns<6> K = Columns<6>::Zero(h.x.size(), 6);
+    if (follows) K.leftCols<3>() = masked_gain(f, {{fused_at, 9}});
+    if (learns) K.rightCols<3>() = masked_gain(g, {{first_radar_at, layout_.size}});
+    Mat<6, 6> S = Mat<6, 6>::Zero();
+    S.topLeftCorner<3, 3>() = f.S;
+    S.bottomRightCorner<3, 3>() = g.S;
+    const auto H_f_motion = by_fused[k].H.of_motion.leftCols<9>();
+    const auto H_f_radar = by_fused[k].H.of_radar.leftCols(block.size());
+    S.topRightCorner<3, 3>() =
+        H_f_motion * PHt.block<9, 3>(fused_at, 3) + H_f_radar * PHt.block(block.at, 3, block.size(), 3) + R;
+    S.bottomLeftCorner<3, 3>() = S.topRightCorner<3, 3>().transpose();
+    Vec<6> nu;
+    nu << f.nu, g.nu;
+    h.x.noalias() += K * nu;
+    take_with_gain<6>(h, K, PHt, S);
+  }
+  if (learns) {
+    known.updated = m.epoch;
+    known.rejected_in_row = 0;
+    ++known.samples;
+  } else if (referenced && ++known.rejected_in_row >= settings_.reopen_after) {
+    known.rejected_in_row = 0;
+    for (int i = 0; i < t.bank.count; ++i)
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], block, settings_.no_gps);
+  }
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  reweigh(t.bank, log_likelihoods);
+  const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
+  const Vec<3> normalised = shown.nu.cwiseQuotient(shown.S.diagonal().cwiseSqrt());
+  account.residual.add(normalised.mean(), normalised.squaredNorm() / 3, shown.nis / 3);
+  return outcome;
+}
+
+std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std::optional<Time> at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.fused_started) return std::nullopt;
+  TrackEstimate e;
+  e.epoch = at.value_or(t.data_epoch);
+  e.data_epoch = t.data_epoch;
+  e.size = models_.model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
+  const Gaussian<9> x = combined_motion(t.bank, models_, fused_at, (e.epoch - t.epoch).seconds());
+  e.mean = x.mean;
+  e.cov = x.cov;
+  e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);
+  e.nis = t.nis;
+  e.nis_dof = t.nis_dof;
+  return e;
+}
+
+std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.gps_confirmed) return std::nullopt;
+  const Hypothesis& h = t.bank.mode[0];
+  const Gaussian<9> x = downrange::predict(
+      gps_model_, {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)}, (at - t.epoch).seconds());
+  TrackEstimate e;
+  e.epoch = at;
+  e.data_epoch = t.gps_epoch;
+  e.size = 9;
+  e.mean = x.mean;
+  e.cov = x.cov;
+  return e;
+}
+
+BiasEstimate Schmidt::bias(const State& state, int radar) const {
+  const auto r = static_cast<std::size_t>(radar);
+  const Target* best = nullptr;
+  for (const Target& t : state.targets) {
+    if (!t.has_state) continue;
+    const auto rank = [r](const Target& x) { return std::pair(x.radars[r].samples > 0, x.radars[r].epoch); };
+    if (best == nullptr || rank(t) > rank(*best)) best = &t;
+  }
+  if (best == nullptr) return {};
+  const RadarBlock& block = layout_.radars[r];
+  const Radar& known = best->radars[r];
+  BiasEstimate b = combined_bias(best->bank, block);
+  b.epoch = known.epoch;
+  b.samples = known.samples;
+  b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
+  const bool frozen = known.samples > 0 && known.epoch - known.updated > settings_.gps_max_age;
+  b.state = bias_states(b, block.prior_sigma(), frozen);
+  return b;
+}
+
+}  // namespace downrange
