@@ -167,7 +167,7 @@ Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, c
     }
   } else {
     const RadarModel& radar = settings.radars[static_cast<std::size_t>(m.source)];
-    const ConvertedMeasurement converted = convert_unbiased(m.plot, radar.sigma);
+    const ConvertedMeasurement converted = convert_unbiased(without_refraction(radar, m.plot), radar.sigma);
     const auto variance_of = [block](BiasTerm first) -> Vec<3> {
       Vec<3> variance = Vec<3>::Zero();
       for (int i = 0; i < block->terms; ++i) {

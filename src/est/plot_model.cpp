@@ -27,11 +27,21 @@ PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion, const 
   const Vec<3> sez_scale = Vec<3>::Ones() + part(BiasTerm::ScaleSouth);
   const Displacement<Enu> d{R_enu_sez * (sez_scale.cwiseProduct(d_sez) + part(BiasTerm::OffsetSouth))};
   const Polar polar = polar_from_enu(d);
-  const Vec<3> scaled(polar.range_m, wrap_pi(polar.azimuth_rad - std::numbers::pi), polar.elevation_rad);
+  Vec<3> scaled(polar.range_m, wrap_pi(polar.azimuth_rad - std::numbers::pi), polar.elevation_rad);
 
   PredictedPlot plot;
-  plot.q = Vec<3>(polar.range_m, polar.azimuth_rad, polar.elevation_rad) + offset + scale.cwiseProduct(scaled);
-  const Mat<3, 3> J_sez = (Vec<3>::Ones() + scale).asDiagonal() * d_polar_d_enu(d) * R_enu_sez;
+  Mat<3, 3> J_air = Mat<3, 3>::Identity();
+  if (radar.refraction) {
+    const RefractionTable::Value air = radar.refraction->at_true(polar.range_m, polar.elevation_rad);
+    scaled[0] += air.refraction.range_m;
+    scaled[2] += air.refraction.elevation_rad;
+    J_air(0, 0) += air.d_range.range_m;
+    J_air(0, 2) += air.d_elevation.range_m;
+    J_air(2, 0) += air.d_range.elevation_rad;
+    J_air(2, 2) += air.d_elevation.elevation_rad;
+  }
+  plot.q = Vec<3>(scaled[0], polar.azimuth_rad, scaled[2]) + offset + scale.cwiseProduct(scaled);
+  const Mat<3, 3> J_sez = (Vec<3>::Ones() + scale).asDiagonal() * J_air * d_polar_d_enu(d) * R_enu_sez;
   const Mat<3, 3> J_ecef = J_sez * sez_scale.asDiagonal() * R_sez_ecef;
   plot.d_motion << J_ecef, -tau * J_ecef, tau * tau / 2 * J_ecef;
   const auto columns = [&plot](BiasTerm first) { return plot.d_bias.middleCols<3>(static_cast<Eigen::Index>(first)); };
@@ -41,6 +51,12 @@ PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion, const 
   columns(BiasTerm::ScaleRange) = scaled.asDiagonal();
   plot.d_bias.col(static_cast<Eigen::Index>(BiasTerm::TimeTag)) = -J_ecef * v;
   return plot;
+}
+
+Polar without_refraction(const RadarModel& radar, const Polar& plot) {
+  if (!radar.refraction) return plot;
+  const Refraction air = radar.refraction->at_measured(plot.range_m, plot.elevation_rad);
+  return {plot.range_m - air.range_m, plot.azimuth_rad, plot.elevation_rad - air.elevation_rad};
 }
 
 Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <downrange/est/consistency.hpp>
 #include <downrange/est/motion.hpp>
+#include <downrange/est/plot_model.hpp>
 #include <downrange/est/song2015.hpp>
 #include <downrange/est/source_checks.hpp>
 #include <limits>
@@ -147,13 +148,14 @@ void Song2015::start_gps(GpsTrack& gps, const Measurement& m) const {
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
+  if (!settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return {};
   const auto radar = static_cast<std::size_t>(m.source);
   const RadarModel& model = settings_.radars[radar];
   RadarBias& bias = state.radars[radar];
   FusedTrack& track = state.fused[static_cast<std::size_t>(m.target)];
   SourceAccount& account = state.accounts[radar];
 
-  const ConvertedMeasurement converted = convert_unbiased(m.plot, model.sigma);  // (8)-(13)
+  const ConvertedMeasurement converted = convert_unbiased(without_refraction(model, m.plot), model.sigma);  // (8)-(13)
   const Mat<3, 3> R_sez_enu = sez_from_enu().R;
   const Vec<3> z_sez = R_sez_enu * converted.z.m;
   const Mat<3, 3> R_sez = R_sez_enu * converted.R * R_sez_enu.transpose();

@@ -95,10 +95,11 @@ TEST(PlotModel, JacobiansAreThoseOfCentralDifferences) {
   std::mt19937_64 rng(3);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto air = std::make_shared<RefractionTable>(atmosphere_over(Geodetic{}, 320));
   for (int n = 0; n < 200; ++n) {
     RadarModel radar;
     radar.site = Site({0.6 * uniform(rng), 3 * uniform(rng), 200});
-    radar.refractivity = n % 2 == 0 ? 0 : 320;
+    if (n % 2 == 0) radar.refraction = air;
     const double range = std::pow(10, 4.5 + 1.5 * uniform(rng));
     Polar q{range, 3 * uniform(rng), 0.7 + 0.6 * uniform(rng)};
     Vec<9> motion;

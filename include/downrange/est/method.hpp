@@ -7,6 +7,7 @@
 #include <downrange/est/consistency.hpp>
 #include <downrange/est/gaussian.hpp>
 #include <downrange/geo/polar.hpp>
+#include <downrange/geo/refraction.hpp>
 #include <downrange/geo/site.hpp>
 #include <downrange/geo/time.hpp>
 #include <memory>
@@ -89,7 +90,8 @@ struct RadarModel {
   bool azimuth_sigma_on_sky = false;
   /// Terms of method joint and schmidt; song2015 always uses its own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
-  double refractivity = 0;     ///< N-units at the site's surface; 0: plots are free of refraction, or corrected already
+  std::shared_ptr<const RefractionTable> refraction =
+      nullptr;                 ///< of the air over the site; none: plots are free of it
   bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
 };
 

@@ -21,6 +21,9 @@ struct PredictedPlot {
 [[nodiscard]] PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion,
                                          const Vec<bias_term_count>& bias);
 
+/// The plot as it would be without air; unchanged for a radar whose refraction is not modelled.
+[[nodiscard]] Polar without_refraction(const RadarModel& radar, const Polar& plot);
+
 /// Plot minus prediction, angles wrapped.
 [[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
 
