@@ -8,6 +8,11 @@
 namespace downrange {
 namespace {
 
+std::shared_ptr<const RefractionTable> refraction_of(const RadarConfig& radar) {
+  if (radar.refractivity == 0) return nullptr;
+  return std::make_shared<RefractionTable>(atmosphere_over(radar.site.geodetic(), radar.refractivity));
+}
+
 MethodSettings settings_of(const RangeConfig& config) {
   MethodSettings s;
   for (const RadarConfig& radar : config.radars) {
@@ -18,7 +23,7 @@ MethodSettings settings_of(const RangeConfig& config) {
                                   .elevation_rad = radar.sigma.elevation_rad * angle},
                         .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
                         .bias = bias_model_of(radar.bias),
-                        .refractivity = radar.refractivity});
+                        .refraction = refraction_of(radar)});
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
