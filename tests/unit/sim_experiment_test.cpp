@@ -213,6 +213,24 @@ TEST(Launch, BiasLeftIsNoneWhenTheBiasIsKnown) {
   }
 }
 
+TEST(Launch, BiasLeftOfATimeTagIsWhereTheTargetWas) {
+  const launch::Scene scene;
+  const launch::Instant& instant = scene.instants()[5001];
+  ASSERT_EQ(instant.kind, Measurement::Kind::Radar);
+  const Site& site = scene.site(instant.radar);
+  const auto true_enu = [&](double t_s) {
+    return site.enu_of({scene.motion(scene.liftoff() + seconds(t_s)).head<3>()}).m;
+  };
+  RadarBias truth;
+  truth.time_tag_s = 5e-3;
+  const std::vector<BiasTerm> term{BiasTerm::TimeTag};
+  const std::vector<double> value{2e-3};
+  // The plot shows where the target was 5 ms before its stamp and is taken for where it was 2 ms before.
+  const Eigen::Vector3d expected = true_enu(instant.t_s - 5e-3) - true_enu(instant.t_s - 2e-3);
+  EXPECT_LT((launch::bias_left(instant, truth, site, term, value).m - expected).norm(), 1e-3);
+  EXPECT_GT(expected.norm(), 5);
+}
+
 /// The bound against the figures of the range's errata, computed by an implementation that shares no code.
 TEST(Launch, BoundOfTheBiasIsThatOfTheErrata) {
   const launch::Scene scene;

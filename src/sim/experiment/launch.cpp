@@ -22,12 +22,12 @@ std::vector<Contestant> contestants(const std::vector<std::string>& methods) {
   std::vector<Contestant> all{
       {.label = "joint-ca", .method = "joint", .bias = p},
       {.label = "joint-launch", .method = "joint", .kinematics = Kinematics::Launch, .bias = p},
-      {.label = "schmidt", .method = "schmidt", .bias = p, .radar_track = true},
-      {.label = "song2015", .method = "song2015", .bias = p, .radar_track = true},
-      {.label = "uncorrected", .method = "joint", .bias = {}, .gets_fixes = false, .radar_track = true},
+      {.label = "schmidt", .method = "schmidt", .bias = p},
+      {.label = "song2015", .method = "song2015", .bias = p, .starts_with_plot = true},
+      {.label = "uncorrected", .method = "joint", .bias = {}, .gets_fixes = false, .starts_with_plot = true},
       {.label = "joint-ca", .method = "joint", .which = Case::GpsLost, .bias = p},
-      {.label = "schmidt", .method = "schmidt", .which = Case::GpsLost, .bias = p, .radar_track = true},
-      {.label = "song2015", .method = "song2015", .which = Case::GpsLost, .bias = p, .radar_track = true},
+      {.label = "schmidt", .method = "schmidt", .which = Case::GpsLost, .bias = p},
+      {.label = "song2015", .method = "song2015", .which = Case::GpsLost, .bias = p, .starts_with_plot = true},
       {.label = "joint-ca", .method = "joint", .which = Case::WrongBlocks, .bias = bias_model(default_blocks)},
       {.label = "joint-ca", .method = "joint", .which = Case::TimeTag, .bias = bias_model(polar_time)}};
   std::erase_if(

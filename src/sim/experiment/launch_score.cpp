@@ -172,10 +172,10 @@ Score& Score::operator+=(const Score& other) {
 Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn, std::vector<Residual>* residuals) {
   const MethodSettings settings = scene.settings(contestant.kinematics, contestant.bias);
   const std::unique_ptr<Method> method = make_method(contestant.method, settings);
-  const auto feeds_track = [&](const Measurement& m) {
-    return !contestant.radar_track || m.kind == Measurement::Kind::Radar;
+  const auto starts_track = [&](const Measurement& m) {
+    return !contestant.starts_with_plot || m.kind == Measurement::Kind::Radar;
   };
-  const Time start = std::find_if(drawn.measurements.begin(), drawn.measurements.end(), feeds_track)->epoch;
+  const Time start = std::find_if(drawn.measurements.begin(), drawn.measurements.end(), starts_track)->epoch;
   method->start(0, start, {.mean = scene.motion(start) + drawn.start_error, .cov = start_covariance()});
 
   Score score;

@@ -88,7 +88,7 @@ struct Contestant {
   Kinematics kinematics = Kinematics::Ca;
   BiasModel bias{};
   bool gets_fixes = true;
-  bool radar_track = false;  ///< the track is made of plots alone: it starts with the first of these
+  bool starts_with_plot = false;  ///< the first estimate is of the first plot, not of the first fix 20 s earlier
 };
 
 /// Flies `contestant` over one run. `residuals`, where given, gets those of the plots in the windows.
