@@ -35,7 +35,7 @@ std::vector<std::string> names() {
 int list() {
   for (const sim::Experiment& e : sim::experiments()) {
     std::cout << e.name << ": " << e.help << "\n    " << e.runs << " runs; methods";
-    for (const std::string& method : e.methods) std::cout << (method == e.methods.front() ? " " : ",") << method;
+    for (const std::string& method : e.methods) std::cout << (method == e.methods.front() ? " " : ", ") << method;
     std::cout << '\n';
   }
   return exit_ok;
