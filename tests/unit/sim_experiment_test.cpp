@@ -151,6 +151,22 @@ TEST(ReportHtml, NeedsNothingButItself) {
   EXPECT_EQ(page.find("nan"), std::string::npos);
 }
 
+TEST(ReportHtml, EveryAxisHasTicks) {
+  const std::vector<std::pair<double, double>> spans{{3.1, 3.9}, {2e-9, 7e5}, {0.9, 1.2}, {5, 5}, {-4e6, 3e6}};
+  for (const auto& [low, high] : spans) {
+    for (const bool log : {false, true}) {
+      if (log && low <= 0) continue;
+      ExperimentResult result;
+      result.plots = {{"", "", "", log, {{"", {0, 1}, {low, high}}}}};
+      const std::string page = format_html(std::vector{result});
+      std::size_t ticks = 0;
+      for (std::size_t at = 0; (at = page.find("text-anchor=\"end\"", at)) != std::string::npos; ++at) ++ticks;
+      EXPECT_GE(ticks, 3u) << low << " to " << high;
+      EXPECT_LE(ticks, 12u) << low << " to " << high;
+    }
+  }
+}
+
 TEST(ReportHtml, DrawsAGapWhereACurveHasNone) {
   const std::string page = format_html(std::vector<ExperimentResult>{sample()});
   // The first curve: two points joined, the gap, then a single point that must still be seen.

@@ -60,9 +60,11 @@ std::vector<Tick> linear_ticks(const Axis& axis) {
   return ticks;
 }
 
-/// Powers of ten; 2 and 5 times them as well where there are few, every other one where there are many.
+/// Powers of ten; 2 and 5 times them as well where there are few, every other one where there are many. As on a linear
+/// axis where not even a few of these are in view.
 std::vector<Tick> log_ticks(const Axis& axis) {
   const double decades = axis.high - axis.low;
+  if (decades < 0.8) return linear_ticks({.low = std::pow(10, axis.low), .high = std::pow(10, axis.high)});
   const int every = decades > 8 ? static_cast<int>(std::ceil(decades / 8)) : 1;
   std::vector<double> multiples{1};
   if (decades < 3) multiples = {1, 2, 5};
