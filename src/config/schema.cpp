@@ -233,7 +233,7 @@ Section align_section() {
                           {{"predict", false}, {"smooth", true}}, optional,
                           "GPS at a plot's epoch: predicted from the fixes before it, or smoothed by later ones, which "
                           "the plot waits for (song2015, schmidt)"),
-          integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 16}, optional,
+          integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 9}, optional,
                   "later fixes that a smoothed plot waits for"),
           flag("no_gps", at(&A::no_gps, &NoGpsRegime::enabled), optional,
                "until a target's first fix: smaller biases, wandering pointing (joint)"),

@@ -32,6 +32,14 @@ void note_residual(SourceAccount& account, const Update<N, M>& u) {
 
 double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
 
+void add_knot(GpsTrack& gps) {
+  if (gps.knot_count == GpsTrack::max_knots) {
+    std::rotate(gps.knots.begin(), gps.knots.begin() + 1, gps.knots.end());
+    --gps.knot_count;
+  }
+  gps.knots[static_cast<std::size_t>(gps.knot_count++)] = {.epoch = gps.epoch, .filtered = gps.state};
+}
+
 TrackEstimate estimate_at(const Gaussian<6>& state, Time data_epoch, Time at, double q) {
   const Gaussian<6> x = at == data_epoch ? state : cv::predict(state, seconds_between(at, data_epoch), q);
   TrackEstimate e;
@@ -51,6 +59,7 @@ Song2015::Song2015(MethodSettings settings, bool correct)
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
   assert(settings_.radars.size() <= FusedTrack::max_radars);
   assert(settings_.bias_window <= RadarBias::max_window);
+  assert(settings_.gps_alignment.fixes >= 1 && settings_.gps_alignment.fixes < GpsTrack::max_knots);
 }
 
 Song2015::State Song2015::initial() const {
@@ -58,6 +67,9 @@ Song2015::State Song2015::initial() const {
   s.radars.resize(settings_.radars.size());
   for (RadarBias& bias : s.radars) bias.estimate = prior_bias();
   s.gps.resize(static_cast<std::size_t>(settings_.targets));
+  if (settings_.gps_alignment.smooth) {
+    for (GpsTrack& gps : s.gps) gps.held.reserve(GpsTrack::max_held);
+  }
   s.fused.resize(static_cast<std::size_t>(settings_.targets));
   s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
   return s;
@@ -91,6 +103,7 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
     return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   }
   const Outcome outcome = follow_fix(gps, account, m);
+  if (settings_.gps_alignment.smooth && outcome.verdict == Verdict::Accepted) release_held(state, gps);
   remember(gps.last_fix, m, gps.state.mean.tail<3>(), gps.state.cov.bottomRightCorner<3, 3>());
   return outcome;
 }
@@ -113,6 +126,7 @@ Outcome Song2015::follow_fix(GpsTrack& gps, SourceAccount& account, const Measur
     gps.epoch = m.epoch;
     gps.rejected_in_row = 0;
     gps.confirmed = true;
+    if (settings_.gps_alignment.smooth) add_knot(gps);
   };
   if (m.velocity_valid && settings_.gps_use_velocity) {
     Mat<6, 6> R6 = Mat<6, 6>::Zero();
@@ -145,6 +159,9 @@ void Song2015::start_gps(GpsTrack& gps, const Measurement& m) const {
   gps.state.cov.setZero();
   gps.state.cov.topLeftCorner<3, 3>() = fix_covariance(m);
   gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_velocity * sigma_velocity);
+  gps.knot_count = 0;
+  gps.held.clear();  // no fix of this track came before them
+  if (settings_.gps_alignment.smooth) add_knot(gps);
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
@@ -160,7 +177,7 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
   const Vec<3> z_sez = R_sez_enu * converted.z.m;
   const Mat<3, 3> R_sez = R_sez_enu * converted.R * R_sez_enu.transpose();
 
-  if (correct_) estimate_bias(bias, state.gps[static_cast<std::size_t>(m.target)], m, z_sez, R_sez);
+  if (correct_) align(state, m, z_sez, R_sez);
   bias.epoch = m.epoch;
 
   // Compensation (14): true = z - C b, and what is not known of b is noise of the compensated plot.
@@ -195,20 +212,67 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
   return outcome;
 }
 
-void Song2015::estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
-                             const Mat<3, 3>& R_sez) const {
-  if (!gps.confirmed || m.epoch - gps.epoch > settings_.gps_max_age) return;
-  const RadarModel& model = settings_.radars[static_cast<std::size_t>(m.source)];
-  const Mat<3, 3>& R_sez_ecef = model.site.R_sez_ecef().R;
+void Song2015::align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const {
+  GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
+  const HeldPlot plot{.epoch = m.epoch, .radar = m.source, .z_sez = z_sez, .R_sez = R_sez};
+  if (settings_.gps_alignment.smooth) {
+    if (gps.started && gps.held.size() < GpsTrack::max_held) gps.held.push_back(plot);
+  } else if (gps.confirmed && m.epoch - gps.epoch <= settings_.gps_max_age) {
+    // (17) Kalman prediction of GPS to the radar's epoch.
+    estimate_bias(state.radars[static_cast<std::size_t>(m.source)], plot,
+                  cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3));
+  }
+}
 
-  // (17) Kalman prediction of GPS to the radar's epoch; (15), (16) pseudo measurement and its noise.
-  const Gaussian<6> reference = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
+void Song2015::release_held(State& state, GpsTrack& gps) const {
+  const int later = settings_.gps_alignment.fixes;
+  if (gps.knot_count <= later) return;
+  const Time until = gps.knots[static_cast<std::size_t>(gps.knot_count - later)].epoch;
+  const auto end = std::ranges::find_if(gps.held, [until](const HeldPlot& plot) { return plot.epoch > until; });
+  for (auto plot = gps.held.begin(); plot != end; ++plot) {
+    const auto reference = smoothed_at(gps, plot->epoch, settings_.gps_q_m2_s3);
+    if (reference) estimate_bias(state.radars[static_cast<std::size_t>(plot->radar)], *plot, *reference);
+  }
+  gps.held.erase(gps.held.begin(), end);
+}
+
+std::optional<Gaussian<6>> smoothed_at(const GpsTrack& track, Time t, double q) {
+  // One step back: from what is known at `to` by everything, to `from` filtered.
+  const auto step_back = [q](const Gaussian<6>& from, double dt, const Gaussian<6>& smoothed) -> Gaussian<6> {
+    const Gaussian<6> predicted = cv::predict(from, dt, q);
+    const Mat<6, 6> C = predicted.cov.llt().solve(cv::transition(dt) * from.cov).transpose();  // P F' P(to|from)^-1
+    const Mat<6, 6> P = from.cov + C * (smoothed.cov - predicted.cov) * C.transpose();
+    return {.mean = from.mean + C * (smoothed.mean - predicted.mean), .cov = (P + P.transpose()) / 2};
+  };
+  if (track.knot_count < 2 || t > track.knots[static_cast<std::size_t>(track.knot_count - 1)].epoch)
+    return std::nullopt;
+  Gaussian<6> smoothed = track.knots[static_cast<std::size_t>(track.knot_count - 1)].filtered;
+  for (int i = track.knot_count - 2; i >= 0; --i) {
+    const GpsTrack::Knot& from = track.knots[static_cast<std::size_t>(i)];
+    const GpsTrack::Knot& to = track.knots[static_cast<std::size_t>(i + 1)];
+    if (t >= from.epoch) {
+      const double dt = seconds_between(t, from.epoch);
+      const Gaussian<6> at_t = dt == 0 ? from.filtered : cv::predict(from.filtered, dt, q);
+      const double rest = seconds_between(to.epoch, t);
+      return rest == 0 ? smoothed : step_back(at_t, rest, smoothed);
+    }
+    smoothed = step_back(from.filtered, seconds_between(to.epoch, from.epoch), smoothed);
+  }
+  return std::nullopt;
+}
+
+void Song2015::estimate_bias(RadarBias& bias, const HeldPlot& plot, const Gaussian<6>& reference) const {
+  const RadarModel& model = settings_.radars[static_cast<std::size_t>(plot.radar)];
+  const Mat<3, 3>& R_sez_ecef = model.site.R_sez_ecef().R;
+  const Vec<3>& z_sez = plot.z_sez;
+
+  // (15), (16) pseudo measurement and its noise.
   const Vec<3> z_b = z_sez - R_sez_ecef * (reference.mean.head<3>() - model.site.ecef().m);
-  const Mat<3, 3> R_b = R_sez_ecef * reference.cov.topLeftCorner<3, 3>() * R_sez_ecef.transpose() + R_sez;
+  const Mat<3, 3> R_b = R_sez_ecef * reference.cov.topLeftCorner<3, 3>() * R_sez_ecef.transpose() + plot.R_sez;
 
   // (19)-(21)
   Gaussian<6> prior = bias.estimate;
-  if (bias.samples > 0) prior.cov += bias_process_noise(bias, seconds_between(m.epoch, bias.updated));
+  if (bias.samples > 0) prior.cov += bias_process_noise(bias, seconds_between(plot.epoch, bias.updated));
   // (22), (23)
   const Mat<3, 6> C = bias_matrix(z_sez);
   const auto u = kalman_update<6, 3>(prior, z_b - C * prior.mean, C, R_b, gate3_);
@@ -225,7 +289,7 @@ void Song2015::estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measure
     return;
   }
   bias.estimate = u.posterior;
-  bias.updated = m.epoch;
+  bias.updated = plot.epoch;
   bias.rejected_in_row = 0;
   ++bias.samples;
   if (settings_.bias_window > 0) {

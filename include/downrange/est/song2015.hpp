@@ -25,15 +25,39 @@ struct RadarBias {
   int rejected_in_row = 0;
 };
 
+/// A plot that waits for the fixes after it (GpsAlignment::smooth).
+struct HeldPlot {
+  Time epoch;
+  int radar = 0;
+  Vec<3> z_sez;
+  Mat<3, 3> R_sez;
+};
+
 /// The GPS Kalman filter of one target: CV in ECEF.
 struct GpsTrack {
+  static constexpr int max_knots = 10;
+  static constexpr std::size_t max_held = 1024;
+
+  struct Knot {
+    Time epoch;
+    Gaussian<6> filtered;
+  };
+
   bool started = false;
   bool confirmed = false;  ///< a second fix agreed: before, the track is no reference
   Time epoch;              ///< of the last accepted fix
   Gaussian<6> state;
   LastFix last_fix;
   int rejected_in_row = 0;
+  // For the smoothed reference only.
+  std::array<Knot, max_knots> knots{};  ///< the last fixes of this track, ascending
+  int knot_count = 0;
+  std::vector<HeldPlot> held;  ///< ascending; a plot beyond max_held teaches nothing of the bias
 };
+
+/// GPS at `t`, between two knots of the track, by all knots: fixed-interval smoothing (Rauch, Tung, Striebel 1965) of
+/// the CV model with white acceleration q. None: `t` is not between two knots.
+[[nodiscard]] std::optional<Gaussian<6>> smoothed_at(const GpsTrack& track, Time t, double q);
 
 /// The radar fusion of one target: the estimate at the last batch instant and the plots since.
 struct FusedTrack {
@@ -85,8 +109,10 @@ class Song2015 {
   Outcome follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const;
   void start_gps(GpsTrack& gps, const Measurement& m) const;
   Outcome apply_plot(State& state, const Measurement& m) const;
-  void estimate_bias(RadarBias& bias, const GpsTrack& gps, const Measurement& m, const Vec<3>& z_sez,
-                     const Mat<3, 3>& R_sez) const;
+  /// By GPS predicted to the plot, or later when the fixes after it have come.
+  void align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const;
+  void release_held(State& state, GpsTrack& gps) const;
+  void estimate_bias(RadarBias& bias, const HeldPlot& plot, const Gaussian<6>& reference) const;
   [[nodiscard]] Gaussian<6> prior_bias() const;
   [[nodiscard]] Mat<6, 6> bias_process_noise(const RadarBias& bias, double dt) const;
   void start_track(FusedTrack& track, const Measurement& m, const TimedPosition& z) const;
