@@ -30,6 +30,7 @@ bool agree(const Measurement& first, const Measurement& second, const Vec<3>& tr
 Joint::Joint(MethodSettings settings)
     : settings_(std::move(settings)),
       models_(model_set(settings_)),
+      manoeuvring_(constant_acceleration(settings_)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
       gate2_(chi2_quantile(settings_.gate_probability, 2)),
@@ -61,6 +62,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
   t.bank.probability = models_.initial_probability;
   const BiasLayout& blocks = layout(t);
   const Eigen::Index n = first_radar_at + blocks.size;
+  if (settings_.kinematics == Kinematics::Vdie) t.manoeuvre = Manoeuvre(static_cast<int>(n));
   // What another target has found by GPS is this one's prior.
   const Target* teacher = nullptr;
   for (const Target& other : s.targets) {
@@ -82,6 +84,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
 }
 
 void Joint::set_motion(Target& t, const Gaussian<9>& motion) const {
+  t.manoeuvre.clear();
   downrange::set_motion(t.bank, models_, motion_at, motion);
   const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
   for (int i = 0; i < t.bank.count; ++i)
@@ -120,11 +123,13 @@ void Joint::predict(Target& t, Time to) const {
   if (dt <= 0) return;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    predict_motion(h, motion_at, models_.model[static_cast<std::size_t>(i)], dt);
+    predict_motion(h, motion_at, models(t).model[static_cast<std::size_t>(i)], dt);
     if (settings_.gps_error.enabled)
       predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
     predict_bias(h, layout(t), settings_.no_gps, dt);
   }
+  if (settings_.kinematics == Kinematics::Vdie)
+    t.manoeuvre.predict(motion_at, dt, settings_.gps_error.enabled ? std::exp(-dt / settings_.gps_error.tau_s) : 1);
 }
 
 void Joint::advance(Target& t, Time to) const {
@@ -144,7 +149,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
   }
   if (gps) {
-    const Gaussian<9> motion = combined_motion(t.bank, models_, motion_at, 0);
+    const Gaussian<9> motion = combined_motion(t.bank, models(t), motion_at, 0);
     remember(t.last_fix, m, motion.mean.segment<3>(3), motion.cov.block<3, 3>(3, 3));
   }
   count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome.verdict);
@@ -193,12 +198,14 @@ void Joint::after_rejection(State& s, const Measurement& m, Verdict verdict) con
 template <int M, class Linearise>
 Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate,
                       const Linearise& linearise) const {
+  std::array<BlockJacobian<M>, ModelSet::max_models> jacobian;
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const auto [H, nu] = linearise(t.bank.mode[k], models_.model[k]);
+    const auto [H, nu] = linearise(t.bank.mode[k], models(t).model[k]);
+    jacobian[k] = H;
     evidence[k] = weigh<M>(t.bank.mode[k], H, nu, R);
     if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
     log_likelihoods[i] = evidence[k].log_likelihood;
@@ -218,6 +225,10 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, dou
   for (int i = 0; i < t.bank.count; ++i)
     take<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
   reweigh(t.bank, log_likelihoods);
+  if (settings_.kinematics == Kinematics::Vdie) {
+    t.manoeuvre.update<M>(jacobian[0], evidence[0]);
+    t.manoeuvre.decide(t.bank.mode[0], motion_at, t.epoch);
+  }
   const Vec<M> normalised = nu.cwiseQuotient(S.diagonal().cwiseSqrt());
   account.residual.add(normalised.mean(), normalised.squaredNorm() / M, nis / M);
   return outcome;
@@ -239,7 +250,7 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
 
 Outcome Joint::leave_regime(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const Vec<3> velocity = combined_motion(t.bank, models_, motion_at, 0).mean.segment<3>(3);
+  const Vec<3> velocity = combined_motion(t.bank, models(t), motion_at, 0).mean.segment<3>(3);
   if (t.candidate_fix && agree(*t.candidate_fix, m, velocity)) {
     t.candidate_fix.reset();
     start_by(s, m, false);
@@ -278,8 +289,8 @@ std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::o
   TrackEstimate e;
   e.epoch = at.value_or(t.data_epoch);
   e.data_epoch = t.data_epoch;
-  e.size = models_.model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
-  const Gaussian<9> x = combined_motion(t.bank, models_, motion_at, (e.epoch - t.epoch).seconds());
+  e.size = models(t).model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
+  const Gaussian<9> x = combined_motion(t.bank, models(t), motion_at, (e.epoch - t.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
   e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);

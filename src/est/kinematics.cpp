@@ -68,17 +68,25 @@ Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& s
   return imm::switching_over<ModelSet::max_models>(set.rates, dt);
 }
 
+ModelSet constant_acceleration(const MethodSettings& settings) {
+  ModelSet set;
+  set.model[0] = {.noise = MotionModel::Noise::WhiteJerk, .q = settings.q_ca_m2_s5, .gravity_aware = false};
+  return set;
+}
+
 ModelSet model_set(const MethodSettings& settings) {
   using Noise = MotionModel::Noise;
   ModelSet set;
   switch (settings.kinematics) {
     case Kinematics::Cv:
-    case Kinematics::Vdie:
       set.model[0] = {.noise = Noise::WhiteAcceleration, .q = settings.q_cv_m2_s3, .gravity_aware = false};
       break;
-    case Kinematics::Ca:
-      set.model[0] = {.noise = Noise::WhiteJerk, .q = settings.q_ca_m2_s5, .gravity_aware = false};
+    case Kinematics::Vdie:
+      // Quiet: what accelerates more is to be detected, not to be taken for noise.
+      set.model[0] = {.noise = Noise::WhiteAcceleration, .q = settings.q_cv_m2_s3 / 100, .gravity_aware = false};
       break;
+    case Kinematics::Ca:
+      return constant_acceleration(settings);
     case Kinematics::Launch:
       set.count = 3;
       set.model = {{{.noise = Noise::WhiteJerk, .q = 1e-6, .gravity_aware = true},   // ballistic

@@ -20,8 +20,7 @@ struct Rows {
 /// K = P H' S^-1 in the given rows, zero elsewhere.
 template <int M>
 Columns<M> masked_gain(const Evidence<M>& e, std::initializer_list<Rows> corrected) {
-  const Eigen::LLT<Mat<M, M>> llt(e.S);
-  const Columns<M> K = llt.matrixL().transpose().template solve<Eigen::OnTheRight>(e.W);
+  const Columns<M> K = gain(e);
   Columns<M> masked = Columns<M>::Zero(K.rows(), M);
   for (const Rows& rows : corrected) masked.middleRows(rows.at, rows.size) = K.middleRows(rows.at, rows.size);
   return masked;

@@ -114,6 +114,14 @@ template <int M>
   return e;
 }
 
+/// The Kalman gain, W L^-1.
+template <int M>
+[[nodiscard]] Columns<M> gain(const Evidence<M>& e) {
+  Columns<M> K = e.W;
+  Eigen::LLT<Mat<M, M>>(e.S).matrixL().template solveInPlace<Eigen::OnTheRight>(K);
+  return K;
+}
+
 /// A fix of position, or position and velocity, of the motion whose nine states the three of the GPS error follow.
 template <int M>
 [[nodiscard]] BlockJacobian<M> fix_jacobian(int motion_at) {

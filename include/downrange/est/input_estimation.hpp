@@ -87,8 +87,8 @@ class InputHypotheses {
 
   /// The filter was updated with gain K (N x M) by innovation nu with covariance S; `observe(W)` is H W (M x U). Not to
   /// be called for a measurement that the filter refused.
-  template <int M, class Observe>
-  void update_with(const Observe& observe, const Mat<N, M>& K, const Mat<M, M>& S, const Vec<M>& nu) {
+  template <int M, class Observe, class Gain>
+  void update_with(const Observe& observe, const Gain& K, const Mat<M, M>& S, const Vec<M>& nu) {
     const Eigen::LLT<Mat<M, M>> llt(S);
     for (int i = 0; i < count_; ++i) {
       Hypothesis& h = hypotheses_[static_cast<std::size_t>(i)];

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <downrange/est/hypothesis.hpp>
+#include <downrange/est/manoeuvre.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
 
@@ -37,7 +38,8 @@ class Joint {
     Time epoch;                ///< of the bank
     Time mixed;                ///< last interaction of the bank's models
     Bank bank;
-    Time data_epoch;  ///< newest accepted measurement
+    Manoeuvre manoeuvre;  ///< kinematics vdie only
+    Time data_epoch;      ///< newest accepted measurement
     std::array<Time, max_radars> contributed{};
     std::vector<Radar> radars;
     std::optional<Time> accepted_fix;
@@ -71,7 +73,10 @@ class Joint {
   }
 
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
-  [[nodiscard]] const ModelSet& models() const { return models_; }
+  /// Of a target at present: those of the kinematics, but for vdie while a manoeuvre lasts.
+  [[nodiscard]] const ModelSet& models(const Target& target) const {
+    return target.manoeuvre.open() ? manoeuvring_ : models_;
+  }
   [[nodiscard]] const BiasLayout& layout(const Target& target) const {
     return target.without_gps ? layout_without_gps_ : layout_;
   }
@@ -93,6 +98,7 @@ class Joint {
 
   MethodSettings settings_;
   ModelSet models_;
+  ModelSet manoeuvring_;
   BiasLayout layout_;
   BiasLayout layout_without_gps_;
   double gate2_;

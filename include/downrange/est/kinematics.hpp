@@ -50,5 +50,7 @@ inline constexpr double ballistic_sigma_m_s2 = 0.01;
 
 [[nodiscard]] Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt);
 [[nodiscard]] ModelSet model_set(const MethodSettings& settings);
+/// The one model of constant acceleration: of kinematics ca, and of vdie while a manoeuvre lasts.
+[[nodiscard]] ModelSet constant_acceleration(const MethodSettings& settings);
 
 }  // namespace downrange
