@@ -86,6 +86,21 @@ const std::vector<Experiment>& experiments() {
        300,
        {"joint-ca", "joint-launch", "song2015", "uncorrected"},
        run_launch},
+      {"federated",
+       "a target that manoeuvres, two sensors: filters that share information and filters that notice",
+       500,
+       {"centralised", "federated", "information", "decentralised", "vdie", "imm"},
+       run_federated},
+      {"spatial",
+       "bearings of displaced sensors: parallax and track fusion by rule",
+       1000,
+       {"reference", "convex", "bar-shalom-campo", "map", "information"},
+       run_spatial},
+      {"alphabeta",
+       "alpha-beta gains: exact, linear about the nominal, fixed",
+       500,
+       {"exact", "linear", "fixed"},
+       run_alphabeta},
   };
   return all;
 }
