@@ -84,7 +84,7 @@ const std::vector<Experiment>& experiments() {
       {"launch",
        "two radars and GPS on a launch (song2015): bias, position, consistency against the bound",
        300,
-       {"joint-ca", "joint-launch", "song2015", "uncorrected"},
+       {"joint-ca", "joint-launch", "schmidt", "song2015", "uncorrected"},
        run_launch},
       {"federated",
        "a target that manoeuvres, two sensors: filters that share information and filters that notice",
