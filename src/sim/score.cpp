@@ -207,8 +207,13 @@ class Scorer::Run : public ResultSink {
     const std::optional<TrueState> truth_at_tag = scorer_.truth_(observation.epoch - seconds(time_tag_of(bias)));
     if (!truth || !truth_at_tag) return;
     const auto terms = static_cast<std::size_t>(bias.terms);
-    const Polar compensated =
+    Polar compensated =
         compensate(observation.measured, std::span(bias.term).first(terms), std::span(bias.value).first(terms));
+    if (const auto air = scorer_.air_.find(observation.sensor); air != scorer_.air_.end()) {
+      const Refraction bent = air->second.at_measured(compensated.range_m, compensated.elevation_rad);
+      compensated.range_m -= bent.range_m;
+      compensated.elevation_rad -= bent.elevation_rad;
+    }
     ++account.plots;
     account.before.add(observation.epoch, polar_error(observation.measured, look_angles(radar->site, truth->position)));
     account.after.add(observation.epoch, polar_error(compensated, look_angles(radar->site, truth_at_tag->position)));
@@ -260,7 +265,12 @@ bool Scorer::in_a_phase(Time t) const {
 
 Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
                std::vector<Phase> phases)
-    : range_(range), target_(target), truth_(std::move(truth)), liftoff_(liftoff), phases_(std::move(phases)) {}
+    : range_(range), target_(target), truth_(std::move(truth)), liftoff_(liftoff), phases_(std::move(phases)) {
+  for (const RadarConfig& radar : range_.radars) {
+    if (radar.refractivity > 0)
+      air_.emplace(radar.id, RefractionTable(atmosphere_over(radar.site.geodetic(), radar.refractivity)));
+  }
+}
 
 Scorer::~Scorer() = default;
 

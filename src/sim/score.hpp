@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <downrange/geo/refraction.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <list>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -43,7 +45,7 @@ struct RadarScore {
   std::size_t plots = 0;     ///< accepted by ingest, within a phase, truth known, planted outliers left out
   std::size_t rejected = 0;  ///< by ingest, for whatever reason
   SystematicError before;    ///< as measured
-  SystematicError after;     ///< with the bias known when the plot arrived taken out
+  SystematicError after;     ///< with the bias known when the plot arrived, and refraction, taken out
 };
 
 /// Angle between the commanded and the true direction at the instant of application.
@@ -95,6 +97,7 @@ class Scorer {
   TruthFunction truth_;
   Time liftoff_;
   std::vector<Phase> phases_;
+  std::map<Name, RefractionTable> air_;  ///< of radars whose refraction the range models
   std::set<std::pair<Name, std::uint64_t>> outliers_;
   std::list<Run> runs_;
 };
