@@ -71,7 +71,8 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
   return layout;
 }
 
-void reset_block(Hypothesis& h, int at, const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov) {
+void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
+                 const Eigen::Ref<const Eigen::MatrixXd>& cov) {
   const Eigen::Index n = mean.size();
   h.x.segment(at, n) = mean;
   h.P.middleRows(at, n).setZero();

@@ -36,15 +36,19 @@ void Manoeuvre::decide(Hypothesis& h, int motion_at, Time t) {
     const double significance = u.dot(h.P.block<3, 3>(a, a).llt().solve(u));
     quiet_in_row_ = significance <= chi2_quantile(settings.quiet_probability, 3) ? quiet_in_row_ + 1 : 0;
     if (quiet_in_row_ < settings.quiet_scans) return;
-    reset_block(h, a, Vec<3>::Zero(), Mat<3, 3>::Zero());
+    const Vec<3> none = Vec<3>::Zero();
+    const Mat<3, 3> certain = Mat<3, 3>::Zero();
+    reset_block(h, a, none, certain);
     clear();
   } else if (const auto found = hypotheses_.best();
              found && found->significance > chi2_quantile(settings.detection_probability, 3)) {
     const Transfer& W = hypotheses_.transfer(found->hypothesis);
-    h.x += W * found->u;
-    h.P += W * found->R_u * W.transpose();
+    const Columns<3> cross = W * found->R_u;
+    h.x.noalias() += W * found->u;
+    h.P.noalias() += cross * W.transpose();
+    h.P.triangularView<Eigen::StrictlyUpper>() = h.P.transpose();
     h.x.segment<3>(a) = found->u;
-    h.P.middleCols<3>(a) = W * found->R_u;
+    h.P.middleCols<3>(a) = cross;
     h.P.middleRows<3>(a) = h.P.middleCols<3>(a).transpose();
     h.P.block<3, 3>(a, a) = found->R_u;
     open_ = true;

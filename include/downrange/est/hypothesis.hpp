@@ -51,7 +51,8 @@ struct BiasLayout {
                                                  int first);
 
 /// Entries [at, at + size) as if nothing were known but mean and covariance given.
-void reset_block(Hypothesis& h, int at, const Eigen::VectorXd& mean, const Eigen::MatrixXd& cov);
+void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
+                 const Eigen::Ref<const Eigen::MatrixXd>& cov);
 void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime);
 
 /// Motion of the nine states from `at`, F P F' + Q by rows and columns: what is constant is never multiplied.

@@ -1,0 +1,260 @@
+/// What every method must hold, whatever its mathematics: order of arrival, honest covariance, bad input, geometry.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <downrange/est/joint.hpp>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "../support/drawn_flight.hpp"
+
+namespace downrange {
+namespace {
+
+using test::deg;
+using test::draw_flight;
+using test::Flight;
+
+struct Contestant {
+  std::string label;
+  std::string method;
+  Kinematics kinematics = Kinematics::Launch;
+  bool smooth = false;
+};
+
+std::vector<Contestant> contestants() {
+  return {{"joint_cv", "joint", Kinematics::Cv},
+          {"joint_ca", "joint", Kinematics::Ca},
+          {"joint_launch", "joint"},
+          {"joint_vdie", "joint", Kinematics::Vdie},
+          {"schmidt_ca", "schmidt", Kinematics::Ca},
+          {"schmidt_launch", "schmidt"},
+          {"song2015", "song2015"},
+          {"song2015_smooth", "song2015", Kinematics::Launch, true},
+          {"uncorrected", "uncorrected"}};
+}
+
+class EveryMethod : public testing::TestWithParam<Contestant> {
+ protected:
+  [[nodiscard]] std::unique_ptr<Method> make(MethodSettings settings) const {
+    settings.kinematics = GetParam().kinematics;
+    settings.gps_alignment.smooth = GetParam().smooth;
+    return make_method(GetParam().method, settings);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(contestants()),
+                         [](const auto& contestant) { return contestant.param.label; });
+
+/// Symmetric, positive definite in units of its own sigma, finite.
+void expect_honest(const TrackEstimate& e, const std::string& when) {
+  const Eigen::MatrixXd P = e.cov.topLeftCorner(6, 6);
+  ASSERT_TRUE(e.mean.allFinite() && P.allFinite()) << when;
+  EXPECT_LE((P - P.transpose()).cwiseAbs().maxCoeff(), 1e-12 * P.cwiseAbs().maxCoeff()) << when;
+  const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd correlation = sigma.cwiseInverse().asDiagonal() * P * sigma.cwiseInverse().asDiagonal();
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff(), 0) << when;
+}
+
+/// Noise-free plots of a target that moves as `truth`, both radars of `settings` in turn every 50 ms, and fixes at 1
+/// Hz.
+Flight clean_flight(const MethodSettings& settings, double from_s, double to_s,
+                    const std::function<Position<Ecef>(double)>& truth) {
+  Flight f;
+  f.settings = settings;
+  std::uint64_t sequence = 0;
+  for (int i = 0; from_s + 0.05 * i < to_s; ++i) {
+    const double t = from_s + 0.05 * i;
+    Measurement m;
+    m.epoch = Time{} + seconds(t);
+    m.sequence = ++sequence;
+    if (i % 20 == 0) {
+      Measurement fix = m;
+      fix.kind = Measurement::Kind::Gps;
+      fix.position = truth(t);
+      fix.velocity.m_s = (truth(t + 0.01).m - truth(t - 0.01).m) / 0.02;
+      fix.velocity_valid = true;
+      fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
+      fix.sigma_velocity_m_s = 0.2;
+      f.measurements.push_back(fix);
+    }
+    m.source = i % static_cast<int>(settings.radars.size());
+    m.plot = polar_from_enu(settings.radars[static_cast<std::size_t>(m.source)].site.enu_of(truth(t)));
+    f.measurements.push_back(m);
+  }
+  std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
+  return f;
+}
+
+double distance_m(const Method& method, const Flight& f, const std::function<Position<Ecef>(double)>& truth) {
+  const auto e = method.fused(0, f.measurements.back().epoch);
+  return e ? (e->mean.head<3>() - truth((e->epoch - Time{}).seconds()).m).norm() : 1e9;
+}
+
+TEST_P(EveryMethod, ShuffledArrivalGivesTheInOrderBits) {
+  const Flight f = draw_flight(4, 15, true);
+  const auto in_order = make(f.settings);
+  for (const Measurement& m : f.measurements) (void)in_order->process(m, m.epoch);
+  std::mt19937_64 rng(99);
+  std::vector<std::pair<Time, std::size_t>> arrival;
+  for (std::size_t i = 0; i < f.measurements.size(); ++i)
+    arrival.push_back({f.measurements[i].epoch + milliseconds(static_cast<std::int64_t>(rng() % 2000)), i});
+  std::sort(arrival.begin(), arrival.end());
+  const auto shuffled = make(f.settings);
+  for (const auto& [received, i] : arrival) (void)shuffled->process(f.measurements[i], received);
+  EXPECT_EQ(in_order->fused(0)->mean, shuffled->fused(0)->mean);
+  EXPECT_EQ(in_order->fused(0)->cov, shuffled->fused(0)->cov);
+  EXPECT_EQ(in_order->bias(1).value, shuffled->bias(1).value);
+}
+
+TEST_P(EveryMethod, CovarianceIsHonestlyAMatrixOfCovariances) {
+  const Flight f = draw_flight(5, 60, true);
+  const auto method = make(f.settings);
+  int n = 0;
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (const auto e = method->fused(0); e && ++n % 50 == 0) expect_honest(*e, "after " + std::to_string(n));
+  }
+}
+
+TEST_P(EveryMethod, NotANumberChangesNothingButACounter) {
+  const Flight f = draw_flight(6, 10, true);
+  const auto method = make(f.settings);
+  for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
+  const TrackEstimate before = *method->fused(0);
+  Measurement bad = f.measurements.back();
+  bad.kind = Measurement::Kind::Radar;
+  bad.source = 0;
+  bad.sequence += 1000;
+  bad.plot.range_m = std::numeric_limits<double>::quiet_NaN();
+  bad.epoch = before.epoch;
+  EXPECT_NE(method->process(bad, bad.epoch).verdict, Verdict::Accepted);
+  const TrackEstimate after = *method->fused(0, before.epoch);
+  EXPECT_TRUE(after.mean.allFinite());
+  EXPECT_LT((after.mean - before.mean).norm(), 1e-6);
+}
+
+/// Straight over radar 0: elevation through the zenith, azimuth jumps by half a turn and its noise says nothing there.
+TEST_P(EveryMethod, PassesThroughTheZenith) {
+  const MethodSettings settings = draw_flight(1, 1, false).settings;
+  const Site under = settings.radars[0].site;
+  const auto truth = [&](double t) { return under.ecef_of({{0.0, 800 * (t - 60), 25'000.0}}); };
+  const Flight f = clean_flight(settings, 10, 110, truth);
+  const auto method = make(settings);
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (const auto e = method->fused(0)) expect_honest(*e, "t " + std::to_string((m.epoch - Time{}).seconds()));
+  }
+  EXPECT_LT(distance_m(*method, f, truth), 60);
+}
+
+/// Azimuth through north (0/360 degrees) for radar 0, through south (+-180 of the azimuth scale) for radar 1.
+TEST_P(EveryMethod, PassesThroughNorthAndSouth) {
+  MethodSettings settings = draw_flight(1, 1, false).settings;
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  settings.radars[0].site = Site({34.0 * deg, 127.53 * deg, 0});
+  settings.radars[1].site = Site({34.9 * deg, 127.53 * deg, 0});
+  const auto truth = [&](double t) { return pad.ecef_of({{600 * (t - 40), 0.0, 20'000.0}}); };
+  const Flight f = clean_flight(settings, 10, 70, truth);
+  const auto method = make(settings);
+  std::uint64_t refused = 0;
+  for (const Measurement& m : f.measurements) refused += method->process(m, m.epoch).verdict != Verdict::Accepted;
+  EXPECT_EQ(refused, 0u);
+  EXPECT_LT(distance_m(*method, f, truth), 30);
+}
+
+/// A minute without anything, then everything again.
+TEST_P(EveryMethod, SurvivesAGapOfAMinute) {
+  const Flight whole = draw_flight(7, 110, false);
+  Flight f = whole;
+  std::erase_if(f.measurements,
+                [](const Measurement& m) { return m.epoch > Time{} + seconds(40) && m.epoch < Time{} + seconds(100); });
+  const auto method = make(f.settings);
+  for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  EXPECT_LT(distance_m(*method, f, [&](double t) { return test::truth_at(pad, t); }), 120);
+  expect_honest(*method->fused(0), "after the gap");
+}
+
+/// Radar 1 appears 60 s late, with its bias, and must not drag a converged track away.
+TEST_P(EveryMethod, TakesARadarThatAppearsLate) {
+  Flight f = draw_flight(8, 90, true);
+  std::erase_if(f.measurements, [](const Measurement& m) {
+    return m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch < Time{} + seconds(70);
+  });
+  const auto method = make(f.settings);
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  double worst = 0;
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (m.epoch < Time{} + seconds(60)) continue;
+    const auto e = method->fused(0);
+    worst = std::max(worst, (e->mean.head<3>() - test::truth_at(pad, (e->epoch - Time{}).seconds()).m).norm());
+  }
+  EXPECT_LT(worst, GetParam().method == "uncorrected" ? 400 : 100);
+  EXPECT_GT(method->account(1).accepted, 300u);
+}
+
+/// Plots of both radars and a fix with one epoch, in any order of arrival.
+TEST_P(EveryMethod, SimultaneousMeasurementsCommute) {
+  Flight f = draw_flight(9, 10, true);
+  for (Measurement& m : f.measurements)
+    m.epoch = Time{} + milliseconds((m.epoch.ns / 1'000'000 + 50) / 100 * 100);  // all on a grid of 0.1 s
+  std::vector<Measurement> backwards = f.measurements;
+  std::stable_sort(backwards.begin(), backwards.end(), [](const Measurement& a, const Measurement& b) {
+    return a.epoch < b.epoch || (a.epoch == b.epoch && processed_before(b, a));
+  });
+  const auto one = make(f.settings);
+  const auto other = make(f.settings);
+  std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
+  for (const Measurement& m : f.measurements) (void)one->process(m, m.epoch);
+  for (const Measurement& m : backwards) (void)other->process(m, m.epoch);
+  EXPECT_EQ(one->fused(0)->mean, other->fused(0)->mean);
+}
+
+/// A million updates of a filter whose biases are known ever better: symmetric and positive definite to the end.
+TEST(Numerics, AMillionUpdatesKeepTheCovarianceWhatItIs) {
+  Flight f = draw_flight(1, 1, false);
+  f.settings.kinematics = Kinematics::Ca;
+  const Joint joint(f.settings);
+  Joint::State state = joint.initial();
+  const Site centre({34.4 * deg, 127.0 * deg, 0});
+  const auto truth = [&](double t) {
+    return centre.ecef_of({{9e4 * std::sin(t / 300), 9e4 * std::cos(t / 300), 2e4 + 5e3 * std::sin(t / 170)}});
+  };
+  std::mt19937_64 rng(1);
+  std::normal_distribution<double> normal;
+  constexpr int updates = 1'000'000;
+  for (int i = 0; i < updates; ++i) {
+    const double t = 0.05 * i;
+    Measurement m;
+    m.epoch = Time{} + seconds(t);
+    if (i % 40 == 0) {
+      m.kind = Measurement::Kind::Gps;
+      m.position = truth(t);
+      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal(rng);
+      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+    } else {
+      m.source = i % 2;
+      const RadarModel& radar = f.settings.radars[static_cast<std::size_t>(m.source)];
+      m.plot = polar_from_enu(radar.site.enu_of(truth(t)));
+      m.plot.range_m += radar.sigma.range_m * normal(rng);
+      m.plot.azimuth_rad = wrap_two_pi(m.plot.azimuth_rad + radar.sigma.azimuth_rad * normal(rng));
+      m.plot.elevation_rad += radar.sigma.elevation_rad * normal(rng);
+    }
+    (void)joint.apply(state, m);
+    if (i % 100'000 != 99'999) continue;
+    const Eigen::MatrixXd& P = state.targets[0].bank.mode[0].P;
+    ASSERT_EQ(P, P.transpose().eval()) << i;
+    const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();
+    const Eigen::MatrixXd correlation = sigma.cwiseInverse().asDiagonal() * P * sigma.cwiseInverse().asDiagonal();
+    ASSERT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff(), 0) << i;
+  }
+  const auto e = joint.fused(state, 0, {});
+  EXPECT_LT((e->mean.head<3>() - truth(0.05 * (updates - 1)).m).norm(), 50);
+  EXPECT_LT(joint.account(state, 0).gated, updates / 1000u);
+}
+
+}  // namespace
+}  // namespace downrange
