@@ -207,6 +207,17 @@ TEST(TrackFusion, RulesThatKnowTheCrossCovarianceAreHonest) {
   EXPECT_LT(information.square, 1.001 * map.square);
 }
 
+TEST(MapFusion, HandComputed) {
+  // Prior variance 4, track 2, cross 1: P_xz = 4 - 1, P_zz = 4 - 2 + 2, gain 3/4; the ridge leaves 1e-7.
+  MapFusion<1, 1>::Joint joint;
+  joint << 4, 1, 1, 2;
+  MapFusion<1, 1> map(Vec<1>(0), joint);
+  const auto fused = map.fuse(std::array<Vec<1>, 1>{Vec<1>(2)});
+  EXPECT_NEAR(fused.state.mean[0], 1.5, 1e-6);
+  EXPECT_NEAR(fused.state.cov(0, 0), 1.75, 1e-6);
+  EXPECT_NEAR(fused.nis, 1, 1e-6);
+}
+
 TEST(MapFusion, RefusesAnIndependentPrior) {
   MapFusion<1, 2>::Joint joint;
   joint << 4, 0.5, 0.5, 0.5, 2, 0.3, 0.5, 0.3, 3;
