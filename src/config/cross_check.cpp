@@ -87,6 +87,12 @@ void check_instruments(const RangeConfig& range, const Checker& check) {
     ordered(check, r.range_min_m, r.range_max_m, entry("radar", i, "range_max_m"), "range_min_m");
     ordered(check, r.elevation_min_rad, r.elevation_max_rad, entry("radar", i, "elevation_max_deg"),
             "elevation_min_deg");
+    const std::vector<BiasTerm> modelled = bias_model(r.bias.blocks).terms;
+    for (const BiasTerm term : r.bias.calibration.terms) {
+      check.require(
+          std::ranges::find(modelled, term) != modelled.end(), entry("radar", i, "calibration"),
+          "found a calibration of " + std::string(to_string(term)) + ", allowed: terms of the blocks in bias_blocks");
+    }
   }
   for (std::size_t i = 0; i < range.antennas.size(); ++i) {
     const AntennaConfig& a = range.antennas[i];

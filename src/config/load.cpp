@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -16,6 +17,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "config/calibration.hpp"
 #include "config/schema.hpp"
 
 namespace downrange::config {
@@ -38,6 +40,8 @@ std::string sha256_hex(std::string_view text) {
   return hex;
 }
 
+int line_of(const toml::node* node) { return node == nullptr ? 0 : static_cast<int>(node->source().begin.line); }
+
 /// Collects the problems of one file and says where each is.
 class Problems {
  public:
@@ -50,10 +54,13 @@ class Problems {
   void add_option(const std::string& option, const std::string& key, const std::string& message) {
     list_.push_back({option, 0, key, message});
   }
+  void add_of_file(const std::string& file, int line, const std::string& key, const std::string& message) {
+    list_.push_back({file, line, key, message});
+  }
   void add(const toml::node* node, const std::string& key, const std::string& message) {
     const auto from = std::ranges::find(overrides_, key, &Override::key);
     if (from != overrides_.end()) return add_option(from->option, key, message);
-    add_at_line(node == nullptr ? 0 : static_cast<int>(node->source().begin.line), key, message);
+    add_at_line(line_of(node), key, message);
   }
   [[nodiscard]] Report report() {
     return
@@ -145,10 +152,10 @@ void apply(const Override& override, toml::table& root, Problems& problems) {
 }
 
 std::string effective_text(std::string_view text, const std::filesystem::path& file, const toml::table& root,
-                           const Overrides& overrides) {
-  if (overrides.empty()) return std::string(text);
+                           const Overrides& overrides, bool calibrated) {
+  if (overrides.empty() && !calibrated) return std::string(text);
   std::ostringstream effective;
-  effective << "# " << file.filename().string() << " with";
+  effective << "# " << file.filename().string() << (calibrated ? " with its calibrations" : " with");
   for (const Override& override : overrides) effective << ' ' << override.key << " = " << override.value << ';';
   effective << '\n' << root << '\n';
   return effective.str();
@@ -158,18 +165,71 @@ void make_absolute(std::filesystem::path& path, const std::filesystem::path& bas
   if (!path.empty()) path = (base / path).lexically_normal();
 }
 
+/// The radar's table of a calibration file, taken out of it; nothing after a problem.
+std::optional<toml::table> take_calibration(const std::filesystem::path& file, const std::string& radar,
+                                            const std::function<void(const std::string&)>& fail, Problems& problems) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    fail("no such file");
+    return std::nullopt;
+  }
+  const Report report = [&](const toml::node* node, const std::string& key, const std::string& message) {
+    problems.add_of_file(file.string(), line_of(node), key, message);
+  };
+  toml::table root;
+  try {
+    root = toml::parse(read_file(file));
+  } catch (const toml::parse_error& at) {
+    problems.add_of_file(file.string(), static_cast<int>(at.source().begin.line), "",
+                         "not valid TOML: " + std::string(at.description()));
+    return std::nullopt;
+  }
+  toml::array* radars = root["radar"].as_array();
+  for (std::size_t i = 0; radars != nullptr && i < radars->size(); ++i) {
+    toml::table* table = radars->get(i)->as_table();
+    if (table == nullptr || table->at_path("id").value_or(std::string()) != radar) continue;
+    if (!read_calibration(*table, "radar[" + std::to_string(i) + ']', report)) return std::nullopt;
+    return std::move(*table);
+  }
+  fail("it has no [[radar]] with id \"" + radar + '"');
+  return std::nullopt;
+}
+
+/// Puts the radars' calibrations where the file names other files, so that the configuration in force is whole.
+/// True when there were any.
+bool inline_calibrations(toml::table& root, const std::filesystem::path& base, Problems& problems) {
+  bool any = false;
+  toml::array* radars = root["radar"].as_array();
+  for (std::size_t i = 0; radars != nullptr && i < radars->size(); ++i) {
+    toml::table* radar = radars->get(i)->as_table();
+    if (radar == nullptr) continue;
+    const std::string file = radar->at_path("calibration").value_or(std::string());
+    if (file.empty()) continue;
+    const auto fail = [&](const std::string& why) {
+      problems.add(radar->get("calibration"), "radar[" + std::to_string(i) + "].calibration",
+                   "found \"" + file + "\", " + why);
+    };
+    auto table = take_calibration(base / file, radar->at_path("id").value_or(std::string()), fail, problems);
+    if (!table) continue;
+    radar->insert_or_assign("calibration", std::move(*table));
+    any = true;
+  }
+  return any;
+}
+
 ServiceConfig load_parts(std::string_view text, const std::filesystem::path& file, const Overrides& overrides,
                          bool files_exist) {
   Problems problems(file, overrides);
   toml::table root = parse(text, problems);
   for (const Override& override : overrides) apply(override, root, problems);
+  const std::filesystem::path base = std::filesystem::absolute(file).parent_path();
+  const bool calibrated = inline_calibrations(root, base, problems);
 
   ServiceConfig config;
   const Report report = problems.report();
   read_tables(config, root, report);
   cross_check(config, root, report);
 
-  const std::filesystem::path base = std::filesystem::absolute(file).parent_path();
   make_absolute(config.dds.profiles, base);
   make_absolute(config.archive.directory, base);
   make_absolute(config.log.file, base);
@@ -180,7 +240,7 @@ ServiceConfig load_parts(std::string_view text, const std::filesystem::path& fil
   }
   problems.throw_if_any();
 
-  config.text = effective_text(text, file, root, overrides);
+  config.text = effective_text(text, file, root, overrides, calibrated);
   config.hash = sha256_hex(config.text);
   return config;
 }

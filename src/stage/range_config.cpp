@@ -41,6 +41,14 @@ BiasModel bias_model_of(const BiasConfig& config) {
     model.prior_cov(i, i) = prior * prior;
     model.drift[i] = size_of(config.drift, term);
   }
+  const std::vector<BiasTerm>& calibrated = config.calibration.terms;
+  for (std::size_t i = 0; i < calibrated.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    model.prior_mean[static_cast<Eigen::Index>(calibrated[i])] = config.calibration.mean[row];
+    for (std::size_t j = 0; j < calibrated.size(); ++j)
+      model.prior_cov(static_cast<Eigen::Index>(calibrated[i]), static_cast<Eigen::Index>(calibrated[j])) =
+          config.calibration.cov(row, static_cast<Eigen::Index>(j));
+  }
   return model;
 }
 

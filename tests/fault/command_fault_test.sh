@@ -76,6 +76,24 @@ head -c $(($(stat -c %s "$work/out.mcap") * 9 / 10)) "$work/out.mcap" > "$work/o
 expect 0 "fused" "$downrange" report "$work/out.mcap" --truth "$work/truth.mcap" --json "$work/report.json"
 expect 3 "is cut off at byte" "$downrange" report "$work/out_cut.mcap" --truth "$work/truth.mcap"
 
+# The biases found, out and in again: what was flown with a calibration carries it along.
+expect 0 "goheung: " "$downrange" report "$work/out.mcap" --calibration "$work/cal.toml"
+expect 1 "exists already" "$downrange" report "$work/out.mcap" --calibration "$work/cal.toml"
+expect 1 "holds no biases of method" "$downrange" report "$work/good.mcap" --calibration "$work/none.toml"
+expect 1 "it has biases of: " "$downrange" report "$work/out.mcap" --calibration "$work/none.toml" --method uncorrected
+expect 2 "nonesuch" "$downrange" report "$work/out.mcap" --calibration "$work/none.toml" --method nonesuch
+expect 2 "--calibration" "$downrange" report "$work/out.mcap" --method joint
+cp "$source/config/dds-qos.xml" "$work"
+sed -e '0,/^calibration = ""/s//calibration = "cal.toml"/' -e 's/^bias_blocks = .*/bias_blocks = ["polar", "sez_offset", "sez_scale", "time"]/' \
+  "$naro" > "$work/calibrated.toml"
+expect 0 "valid" "$downrange" check "$work/calibrated.toml"
+expect 0 "events over" "$downrange" replay "$work/good.mcap" --config "$work/calibrated.toml" \
+  --set ingest.expect_simulated=true --methods joint --out "$work/calibrated.mcap"
+mv "$work/cal.toml" "$work/moved.toml"
+expect 2 "no such file" "$downrange" check "$work/calibrated.toml"
+expect 0 "events over" "$downrange" replay "$work/calibrated.mcap" --out "$work/again.mcap"
+expect 0 "identical" "$downrange" diff "$work/calibrated.mcap" "$work/again.mcap"
+
 # No file is lost to a slip of the keyboard.
 cp "$work/good.mcap" "$work/kept.mcap"
 ln -s "$work/good.mcap" "$work/link.mcap"

@@ -24,6 +24,13 @@ struct BiasSizes {
   double time_tag_s = 0;    ///< block time
 };
 
+/// What an earlier flight or a survey found of some terms of a radar's bias: their prior instead of the sizes below.
+struct BiasCalibration {
+  std::vector<BiasTerm> terms;  ///< empty: no calibration; else terms of the configured blocks, each once
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd cov;  ///< positive definite
+};
+
 /// polar, sez_offset, time.
 [[nodiscard]] std::vector<BiasBlock> default_bias_blocks();
 
@@ -39,9 +46,10 @@ struct BiasConfig {
                   .sez_scale = 3e-4,
                   .time_tag_s = 0.02};
   BiasSizes drift;  ///< random walk per square root of a second
+  BiasCalibration calibration;
 };
 
-/// The terms of the blocks with their priors and drifts.
+/// The terms of the blocks with their priors, the calibration's where it has them, and drifts.
 [[nodiscard]] BiasModel bias_model_of(const BiasConfig& config);
 
 struct RadarConfig {

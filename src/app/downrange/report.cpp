@@ -6,6 +6,7 @@
 #include <iostream>
 #include <map>
 
+#include "calibration.hpp"
 #include "flight.hpp"
 #include "progress.hpp"
 #include "sim/scenario.hpp"
@@ -21,6 +22,8 @@ struct Options {
   std::string config;
   std::string scenario;
   std::string json;
+  std::string calibration;
+  std::string method;
   OutputFiles files;
 };
 
@@ -131,7 +134,7 @@ void print_service_status(const std::string& received) {
 }
 
 int report(const Options& o) {
-  o.files.check({o.json}, {o.flight, o.truth, o.received, o.config, o.scenario});
+  o.files.check({o.json, o.calibration}, {o.flight, o.truth, o.received, o.config, o.scenario});
   config::ServiceConfig config;
   if (!o.config.empty()) {
     config = config::load(o.config);
@@ -140,6 +143,7 @@ int report(const Options& o) {
     if (!attached) throw std::runtime_error(o.flight + " carries no configuration: give one with --config");
     config = config::load_text(*attached, o.flight + ":config.toml");
   }
+  if (!o.calibration.empty()) return write_calibration(o.flight, o.method, o.calibration, config);
   const FlightTruth known = read_truth(o.truth.empty() ? o.flight : o.truth);
   const sim::TruthTable& truth = known.table;
 
@@ -231,6 +235,12 @@ void add_report(CLI::App& app, Run& run) {
   command->add_option("--scenario", o->scenario,
                       "Scenario whose phases the flight is judged by (default: the flight as a whole)");
   command->add_option("--json", o->json, "Write the numbers to this file as well");
+  CLI::Option* calibration = command->add_option(
+      "--calibration", o->calibration,
+      "Write the biases found to this file instead, for the radars' key calibration; needs no truth");
+  command->add_option("--method", o->method, "Whose biases (default: the method that slaving followed)")
+      ->needs(calibration)
+      ->check(CLI::IsMember(method_names()));
   o->files.add_to(*command);
   command->footer(
       "Beside the fused track: the fusion without bias correction (where it ran) and every radar alone, replayed here\n"

@@ -1,0 +1,74 @@
+#include "calibration.hpp"
+
+#include <algorithm>
+#include <archive/reader.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <set>
+
+#include "command.hpp"
+#include "config/calibration.hpp"
+
+namespace downrange::app {
+namespace {
+
+/// The last bias of each sensor by one method, and which methods the archive has biases of.
+struct LastBiases {
+  std::map<Name, SensorBias> by_sensor;
+  std::set<Name> methods;
+  bool cut_off = false;
+};
+
+LastBiases last_biases(const std::string& flight, const Name& method) {
+  LastBiases last;
+  archive::Reader reader(flight);
+  while (const auto entry = reader.next()) {
+    const auto* bias = std::get_if<SensorBias>(&entry->record);
+    if (bias == nullptr) continue;
+    last.methods.insert(bias->method);
+    if (bias->method == method) last.by_sensor[bias->sensor] = *bias;
+  }
+  last.cut_off = reader.truncated().has_value();
+  return last;
+}
+
+std::string listed(const std::set<Name>& names) {
+  std::string text;
+  for (const Name& name : names) text += (text.empty() ? "" : ", ") + std::string(name.view());
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+int write_calibration(const std::string& flight, const std::string& method, const std::string& out,
+                      const config::ServiceConfig& config) {
+  const Name wanted = method.empty() ? config.range.fuse.methods.front() : Name(method);
+  const LastBiases last = last_biases(flight, wanted);
+  if (last.by_sensor.empty())
+    throw std::runtime_error(flight + " holds no biases of method " + std::string(wanted.view()) +
+                             "; it has biases of: " + listed(last.methods));
+  std::vector<SensorBias> biases;  // in the order of the range
+  for (const RadarConfig& radar : config.range.radars) {
+    const auto found = last.by_sensor.find(radar.id);
+    if (found == last.by_sensor.end()) {
+      std::cerr << "downrange: no bias of radar " << radar.id.view() << " in " << flight << ": left out\n";
+    } else {
+      biases.push_back(found->second);
+    }
+  }
+  std::ofstream stream(out);
+  stream << config::calibration_text(
+      {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, biases);
+  if (!stream.flush()) throw std::runtime_error(out + ": cannot be written");
+  for (const SensorBias& bias : biases) {
+    const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
+    std::cout << bias.sensor.view() << ": " << bias.terms << " terms after " << bias.samples << " plots, " << shown
+              << " converged\n";
+  }
+  std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]]\n";
+  return last.cut_off ? exit_cut_off : exit_ok;
+}
+
+}  // namespace downrange::app

@@ -1,0 +1,28 @@
+#pragma once
+/// Calibrations: what a flight found of the radars' biases, as a TOML file for the next one.
+
+#include <downrange/stage/result.hpp>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "config/schema.hpp"
+
+namespace downrange::config {
+
+/// Where a calibration comes from.
+struct CalibrationOrigin {
+  std::string archive;        ///< file name of the flight's archive
+  std::string configuration;  ///< hash of the configuration it was flown with
+};
+
+/// The file's text: each radar's terms with value, 1-sigma and state, and their correlation. A term that the flight did
+/// not show keeps the sigma it had, so nothing is pretended. The biases are of one method and of different radars, with
+/// positive definite covariances.
+[[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> biases);
+
+/// One radar's table of such a file. Problems are reported; nothing when there are any.
+[[nodiscard]] std::optional<BiasCalibration> read_calibration(const toml::table& table, const std::string& path,
+                                                              const Report& report);
+
+}  // namespace downrange::config
