@@ -28,10 +28,11 @@ enum class Verdict : std::uint8_t {
 
 template <int N, int M>
 struct Update {
-  Gaussian<N> posterior;  ///< The prior, untouched, unless verdict == Accepted.
-  Vec<M> innovation;      ///< nu = z - h(x), angles wrapped by the model.
-  Mat<M, M> S;            ///< Innovation covariance H P H' + R.
-  double nis = 0;         ///< nu' S^-1 nu, chi2(M) if the model is right.
+  Gaussian<N> posterior;            ///< The prior, untouched, unless verdict == Accepted.
+  Vec<M> innovation;                ///< nu = z - h(x), angles wrapped by the model.
+  Mat<M, M> S;                      ///< Innovation covariance H P H' + R.
+  Mat<N, M> K = Mat<N, M>::Zero();  ///< Gain; zero unless verdict == Accepted.
+  double nis = 0;                   ///< nu' S^-1 nu, chi2(M) if the model is right.
   Verdict verdict = Verdict::Accepted;
 };
 
@@ -54,10 +55,10 @@ template <int N, int M>
     u.verdict = Verdict::Gated;
     return u;
   }
-  const Mat<N, M> K = llt.solve(PHt.transpose()).transpose();
-  const Mat<N, N> ImKH = Mat<N, N>::Identity() - K * H;
-  u.posterior.mean += K * innovation;
-  const Mat<N, N> P = ImKH * prior.cov * ImKH.transpose() + K * R * K.transpose();
+  u.K = llt.solve(PHt.transpose()).transpose();
+  const Mat<N, N> ImKH = Mat<N, N>::Identity() - u.K * H;
+  u.posterior.mean += u.K * innovation;
+  const Mat<N, N> P = ImKH * prior.cov * ImKH.transpose() + u.K * R * u.K.transpose();
   u.posterior.cov = (P + P.transpose()) / 2;
   return u;
 }
