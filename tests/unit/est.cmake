@@ -17,3 +17,5 @@ downrange_test(est_alpha_beta_test ${CMAKE_CURRENT_LIST_DIR}/est_alpha_beta_test
                LIBS downrange_est nlohmann_json::nlohmann_json)
 downrange_test(est_contract_test ${CMAKE_CURRENT_LIST_DIR}/est_contract_test.cpp LIBS downrange_est)
 downrange_test(est_allocation_test ${CMAKE_CURRENT_LIST_DIR}/est_allocation_test.cpp LIBS downrange_est)
+downrange_test(est_pseudo_measurement_test ${CMAKE_CURRENT_LIST_DIR}/est_pseudo_measurement_test.cpp LIBS downrange_est)
+downrange_test(est_two_stage_test ${CMAKE_CURRENT_LIST_DIR}/est_two_stage_test.cpp LIBS downrange_est downrange_sim)

@@ -164,7 +164,7 @@ void loosen(BiasFreeTrack<N, Biases>& track, const typename SharedBias<Biases, M
 
 /// What an update has seen.
 template <int M>
-struct Evidence {
+struct TwoStageUpdate {
   Vec<M> innovation;
   Mat<M, M> S;     ///< of the innovation, what is not known of the biases included
   double nis = 0;  ///< chi2(M) if the model is right
@@ -175,30 +175,30 @@ struct Evidence {
 /// by the biases from index `at` on (M x their number; no columns: a sensor without bias), noise R. Unless Accepted,
 /// nothing changes. `gate`: a chi2(M) quantile.
 template <int N, int M, int Biases, int Max, class Jacobian>
-[[nodiscard]] Evidence<M> update(SharedBias<Biases, Max>& bias, BiasFreeTrack<N, Biases>& track, const Vec<M>& nu,
-                                 const Mat<M, N>& H, const Eigen::MatrixBase<Jacobian>& C, int at, const Mat<M, M>& R,
-                                 double gate) {
+[[nodiscard]] TwoStageUpdate<M> update(SharedBias<Biases, Max>& bias, BiasFreeTrack<N, Biases>& track, const Vec<M>& nu,
+                                       const Mat<M, N>& H, const Eigen::MatrixBase<Jacobian>& C, int at,
+                                       const Mat<M, M>& R, double gate) {
   using Columns = typename SharedBias<Biases, Max>::template Columns<M>;
   // Given b: nu + S b^ = S b + H (x - x~) + w with S = H V + C.
-  Columns S_t = track.V.transpose() * H.transpose();
+  Columns S_t = track.V.transpose().lazyProduct(H.transpose());
   S_t.middleRows(at, C.cols()) += C.transpose();
   const Vec<M> nu_free = nu + S_t.transpose() * bias.mean();
   const Update<N, M> free = kalman_update<N, M>(track.estimate, nu_free, H, R, std::numeric_limits<double>::infinity());
 
-  Evidence<M> evidence{.innovation = nu, .S = free.S, .nis = 0, .verdict = free.verdict};
-  if (free.verdict != Verdict::Accepted) return evidence;
+  TwoStageUpdate<M> u{.innovation = nu, .S = free.S, .nis = 0, .verdict = free.verdict};
+  if (free.verdict != Verdict::Accepted) return u;
   const Columns Y = bias.template whitened<M>(S_t);
-  evidence.S += Y.transpose() * Y;
-  evidence.nis = nu.dot(evidence.S.llt().solve(nu));
-  if (!(evidence.nis <= gate)) {  // written so that NaN is gated
-    evidence.verdict = Verdict::Gated;
-    return evidence;
+  u.S += Y.transpose() * Y;
+  u.nis = nu.dot(u.S.llt().solve(nu));
+  if (!(u.nis <= gate)) {  // written so that NaN is gated
+    u.verdict = Verdict::Gated;
+    return u;
   }
   track.estimate = free.posterior;
   track.V.noalias() -= free.K * S_t.transpose();
   const Eigen::LLT<Mat<M, M>> llt(free.S);
   bias.template add<M>(llt.matrixL().solve(S_t.transpose()).transpose(), llt.matrixL().solve(nu));
-  return evidence;
+  return u;
 }
 
 }  // namespace downrange

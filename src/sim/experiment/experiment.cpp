@@ -101,6 +101,11 @@ const std::vector<Experiment>& experiments() {
        500,
        {"exact", "linear", "fixed"},
        run_alphabeta},
+      {"kim2011",
+       "biases of two radars without GPS, from 32 targets",
+       400,
+       {"pm", "pm-scaled", "exx", "ts"},
+       run_kim2011},
   };
   return all;
 }

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <downrange/est/consistency.hpp>
 #include <downrange/est/exx.hpp>
 #include <downrange/est/pseudo_measurement.hpp>
 #include <downrange/est/two_stage.hpp>
 #include <limits>
-#include <sim/experiment/augmented_filter.hpp>
-#include <sim/experiment/kim2011_methods.hpp>
+
+#include "sim/experiment/augmented_filter.hpp"
+#include "sim/experiment/kim2011_methods.hpp"
 
 namespace downrange::sim::kim2011 {
 namespace {
@@ -19,9 +21,13 @@ TrackError error_of(const Vec<4>& x, const Vec<4>& truth) {
 }
 
 void note_biases(Trace::Scan& scan, const Vec<biases>& estimate, const Mat<biases, biases>& cov) {
-  scan.error << estimate.head<terms>() - true_bias(), estimate.tail<terms>() - true_bias();
+  static const double quantile95 = chi2_quantile(0.95, biases);
+  Vec<biases> error;
+  error << estimate.head<terms>() - true_bias(), estimate.tail<terms>() - true_bias();
+  scan.square = error.cwiseAbs2();
   scan.variance = cov.diagonal();
-  scan.nees = scan.error.dot(cov.llt().solve(scan.error));
+  scan.nees = error.dot(cov.llt().solve(error));
+  scan.inside = scan.nees <= quantile95 ? 1 : 0;
 }
 
 Vec<terms> of_sensor(const Vec<biases>& b, int sensor) { return b.segment<terms>(terms * sensor); }
@@ -64,13 +70,34 @@ void predict_all(std::array<Track, targets>& tracks) {
 
 /// One plot by `ts`, linearised at the compensated estimate.
 void update_ts(Shared& bias, Track& track, int sensor, const Vec<2>& plot) {
-  const Plot p = predict_plot(sensor, compensated_mean(track, bias), of_sensor(bias.mean(), sensor));
+  const PlanarPlot p = predict_plot(sensor, compensated_mean(track, bias), of_sensor(bias.mean(), sensor));
   (void)update(bias, track, residual(plot, p.q), p.d_state, p.d_bias, terms * sensor, plot_noise(), no_gate);
 }
 
 Shared prior() { return {bias_prior().mean, bias_prior().cov}; }
 
+void add(TrackError& sum, const TrackError& e) {
+  sum.position += e.position;
+  sum.velocity += e.velocity;
+}
+
 }  // namespace
+
+Trace& Trace::operator+=(const Trace& other) {
+  for (std::size_t k = 0; k < scan.size(); ++k) {
+    Scan& s = scan[k];
+    const Scan& o = other.scan[k];
+    s.square += o.square;
+    s.variance += o.variance;
+    s.nees += o.nees;
+    s.inside += o.inside;
+    for (std::size_t i = 0; i < shown_tracks.size(); ++i) {
+      add(s.biased[i], o.biased[i]);
+      add(s.compensated[i], o.compensated[i]);
+    }
+  }
+  return *this;
+}
 
 Trace run_pm(const Draw& draw, Start start, double noise_factor) {
   using Tracks = LocalTracks<4, terms, sensors>;
@@ -175,7 +202,7 @@ Trace run_bound(const Draw& draw, Start start) {
     const int i = sensor_of(k);
     filter.predict(Phi, Q);
     for (int t = 0; t < targets; ++t) {
-      const Plot p = predict_plot(i, draw.truth[k][t], true_bias());
+      const PlanarPlot p = predict_plot(i, draw.truth[k][t], true_bias());
       filter.update<2, terms>(t, Vec<2>::Zero(), p.d_state, p.d_bias, terms * i, plot_noise());
     }
     trace.scan[k].variance = filter.bias_covariance().diagonal();
@@ -210,7 +237,7 @@ double ts_against_augmented(const Draw& draw) {
     for (int t = 0; t < targets; ++t) {
       const Vec<2>& plot = draw.plots[k][t];
       update_ts(bias, tracks[t], i, plot);
-      const Plot p = predict_plot(i, augmented.target(t), of_sensor(augmented.bias(), i));
+      const PlanarPlot p = predict_plot(i, augmented.target(t), of_sensor(augmented.bias(), i));
       augmented.update<2, terms>(t, residual(plot, p.q), p.d_state, p.d_bias, terms * i, plot_noise());
     }
     compare(augmented.bias(), augmented.bias_covariance(), bias.mean(), bias.covariance<biases>(0, biases));

@@ -2,8 +2,9 @@
 /// The methods that the experiment of kim2011 compares, each over one run.
 
 #include <array>
-#include <sim/experiment/kim2011_scenario.hpp>
 #include <vector>
+
+#include "sim/experiment/kim2011_scenario.hpp"
 
 namespace downrange::sim::kim2011 {
 
@@ -13,17 +14,20 @@ struct TrackError {
   double velocity = 0;
 };
 
-/// What one method knew after each scan 1 ... scans; entry 0 is the start.
+/// What one method knew after each scan 1 ... scans; entry 0 is the start. Sums over runs are of the same type.
 struct Trace {
   struct Scan {
-    Vec<biases> error = Vec<biases>::Zero();     ///< estimate minus truth
+    Vec<biases> square = Vec<biases>::Zero();    ///< of the error, estimate minus truth
     Vec<biases> variance = Vec<biases>::Zero();  ///< as claimed
     double nees = 0;                             ///< chi2(biases) if the covariance is honest
+    double inside = 0;                           ///< 1 where that is below its 95 % quantile
     /// Track 1 (nearest to sensor 1) and 32 (farthest), of sensor 1 where a method has tracks of single sensors.
     std::array<TrackError, 2> biased{};
     std::array<TrackError, 2> compensated{};
   };
   std::vector<Scan> scan = std::vector<Scan>(scans + 1);
+
+  Trace& operator+=(const Trace& other);
 };
 inline constexpr std::array<std::size_t, 2> shown_tracks{0, targets - 1};
 

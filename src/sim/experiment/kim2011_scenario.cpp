@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <downrange/geo/polar.hpp>
-#include <sim/experiment/kim2011_scenario.hpp>
-#include <sim/random_stream.hpp>
 #include <string>
+
+#include "sim/experiment/kim2011_scenario.hpp"
+#include "sim/random_stream.hpp"
 
 namespace downrange::sim::kim2011 {
 namespace {
@@ -52,11 +53,11 @@ Mat<4, 4> process_noise(double dt) {
   return q_m2_s3 * Q;
 }
 
-Plot predict_plot(int sensor, const Vec<4>& x, const Vec<terms>& beta) {
+PlanarPlot predict_plot(int sensor, const Vec<4>& x, const Vec<terms>& beta) {
   const Vec<2> d = x.head<2>() - position_of(sensor);
   const double r = d.norm();
   const Vec<2> polar(r, std::atan2(d.y(), d.x()));
-  Plot p;
+  PlanarPlot p;
   p.q = polar + beta.head<2>() + beta.tail<2>().cwiseProduct(polar);
   p.d_state.setZero();
   p.d_state.leftCols<2>() << d.transpose() / r, Vec<2>(-d.y(), d.x()).transpose() / (r * r);

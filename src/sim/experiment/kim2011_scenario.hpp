@@ -34,12 +34,12 @@ inline constexpr int biases = sensors * terms;
 [[nodiscard]] Mat<4, 4> process_noise(double dt);
 
 /// A predicted plot (range, azimuth) of a sensor with bias beta, and its Jacobians.
-struct Plot {
+struct PlanarPlot {
   Vec<2> q;
   Mat<2, 4> d_state;
   Mat<2, terms> d_bias;
 };
-[[nodiscard]] Plot predict_plot(int sensor, const Vec<4>& x, const Vec<terms>& beta);
+[[nodiscard]] PlanarPlot predict_plot(int sensor, const Vec<4>& x, const Vec<terms>& beta);
 /// Plot minus prediction, azimuth wrapped.
 [[nodiscard]] Vec<2> residual(const Vec<2>& plot, const Vec<2>& predicted);
 [[nodiscard]] Mat<2, 2> plot_noise();
