@@ -4,6 +4,7 @@
 #include <downrange/est/rewind.hpp>
 #include <downrange/est/schmidt.hpp>
 #include <downrange/est/song2015.hpp>
+#include <downrange/est/ts.hpp>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -49,6 +50,10 @@ struct NamedMethod {
 constexpr NamedMethod methods[] = {
     {"joint", [](const MethodSettings& s) { return rewound(Joint(s)); }},
     {"schmidt", [](const MethodSettings& s) { return rewound(Schmidt(s)); }},
+    {"ts",
+     [](const MethodSettings& s) {
+       return s.stations > 0 && s.gps_error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
+     }},
     {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }},
     {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
 };

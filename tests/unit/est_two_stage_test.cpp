@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "../support/allocations.hpp"
 #include "../support/planar.hpp"
 #include "sim/experiment/augmented_filter.hpp"
 
@@ -76,7 +77,7 @@ struct Filter {
         m.z - m.H * compensated_mean(track, bias) - m.C * bias.mean().template segment<terms>(terms * m.sensor);
     return update(bias, track, nu, m.H, m.C, terms * m.sensor, m.R, gate);
   }
-  [[nodiscard]] Eigen::MatrixXd bias_covariance() const { return bias.template covariance<biases>(0, biases); }
+  [[nodiscard]] Eigen::MatrixXd bias_covariance() const { return bias.covariance(); }
 };
 
 void take(AugmentedFilter<4>& filter, const Plot& m) {
@@ -225,6 +226,28 @@ TEST(TwoStage, StaysPositiveDefiniteOverAMillionUpdates) {
   const Gaussian<4> x = compensated(filter.tracks[0], filter.bias);
   EXPECT_EQ(x.cov, x.cov.transpose().eval());
   EXPECT_GT((Eigen::SelfAdjointEigenSolver<Mat<4, 4>>(x.cov).eigenvalues().minCoeff()), 0);
+}
+
+TEST(TwoStage, AllocatesNothing) {
+#ifdef DOWNRANGE_COUNTS_ALLOCATIONS
+  ASSERT_GT(test::allocations_of([] { std::vector<double>(100).front() = 1; }), 0u);
+#endif
+  const Problem p = draw(18, 3, 50);
+  Filter<Eigen::Dynamic, 832> filter(p);  // 64 radars with 13 terms
+  double sum = 0;
+  const std::size_t allocated = test::allocations_of([&] {
+    for (const auto& scan : p.scans) {
+      filter.predict_all();
+      for (const Plot& m : scan) {
+        filter.take(m);
+        sum += compensated(filter.tracks[0], filter.bias).cov.trace() + filter.bias.variances().sum();
+        const auto change = filter.bias.loosen(2, 1e-3);
+        for (auto& track : filter.tracks) loosen<4, Eigen::Dynamic, 832>(track, change);
+      }
+    }
+  });
+  EXPECT_EQ(allocated, 0u);
+  EXPECT_GT(sum, 0);
 }
 
 /// Biases and states drawn from their priors, noise from R and Q: NEES summed over runs is chi-square.

@@ -13,13 +13,16 @@ namespace downrange {
 /// order of arrival.
 ///
 /// `Core::State` is copyable (assigning one state to another of the same configuration does not allocate) and
-/// `Core::apply(State&, const Measurement&) const -> Outcome` advances it by one measurement, reading nothing else.
+/// `Core::apply(State&, const Measurement&) const -> Outcome` advances it by one measurement, reading nothing else. A
+/// state that is large because it serves many targets says so by `Core::checkpoint_spacing()`: more entries between two
+/// checkpoints, so that keeping them costs each measurement the same.
 template <class Core>
 class Rewinder {
  public:
   using State = typename Core::State;
 
   Rewinder(Core core, State initial, Duration history) : core_(std::move(core)), state_(initial), history_(history) {
+    if constexpr (requires { core_.checkpoint_spacing(); }) spacing_ = core_.checkpoint_spacing();
     checkpoints_.push_back({.first = 0, .state = std::move(initial)});
     checkpoint_count_ = 1;
   }
@@ -58,13 +61,11 @@ class Rewinder {
     std::size_t first;  ///< index of the entry that this state is the state before
     State state;
   };
-  /// Between two checkpoints: rewinding re-runs up to this many entries more than needed, memory is 1/spacing.
-  static constexpr std::size_t spacing = 8;
   /// Forgetting moves the vectors' contents, so it is done in lumps.
   static constexpr std::size_t lump = 64;
 
   Outcome step(std::size_t index) {
-    if (index - checkpoints_[checkpoint_count_ - 1].first >= spacing) {
+    if (index - checkpoints_[checkpoint_count_ - 1].first >= spacing_) {
       if (checkpoint_count_ == checkpoints_.size()) checkpoints_.push_back({.first = index, .state = state_});
       checkpoints_[checkpoint_count_].first = index;
       checkpoints_[checkpoint_count_].state = state_;
@@ -89,6 +90,8 @@ class Rewinder {
   Core core_;
   State state_;
   Duration history_;
+  /// Between two checkpoints: rewinding re-runs up to this many entries more than needed, memory is 1/spacing.
+  std::size_t spacing_ = 8;
   std::vector<Measurement> entries_;     ///< in processing order
   std::vector<Checkpoint> checkpoints_;  ///< the first checkpoint_count_ are in use, ascending
   std::size_t checkpoint_count_ = 0;

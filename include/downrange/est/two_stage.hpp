@@ -55,16 +55,19 @@ class SharedBias {
     for (Eigen::Index i = 0; i < X.cols(); ++i) solve_lower(X.col(i));
     return X;
   }
-  /// Covariance of the `count` <= `Max` biases from `first` on.
-  template <int Max>
-  [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Max, Max> covariance(int first,
-                                                                                              int count) const {
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Max, Max> cov(count, count);
-    for (int i = 0; i < count; ++i) {
-      const Column column = times_covariance<1>(Column::Unit(size(), first + i));
-      cov.col(i) = column.segment(first, count);
-    }
-    return (cov + cov.transpose()) / 2;
+  /// One row, which is one column, of the covariance.
+  [[nodiscard]] Column covariance_row(int i) const { return times_covariance<1>(Column::Unit(size(), i)); }
+  /// Its diagonal.
+  [[nodiscard]] Column variances() const {
+    Column variance(size());
+    for (Eigen::Index i = 0; i < size(); ++i) variance[i] = whitened<1>(Column::Unit(size(), i)).squaredNorm();
+    return variance;
+  }
+  /// All of it.
+  [[nodiscard]] Square covariance() const {
+    Square cov(size(), size());
+    for (int i = 0; i < size(); ++i) cov.col(i) = covariance_row(i);
+    return ((cov + cov.transpose()) / 2).eval();
   }
 
   /// The information of M numbers nu = S (b - mean) + noise of unit covariance; the columns of `S_transposed` are S's

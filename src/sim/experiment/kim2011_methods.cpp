@@ -180,7 +180,7 @@ Trace run_ts(const Draw& draw, Start start) {
       }
     }
     Trace::Scan& scan = trace.scan[k];
-    note_biases(scan, bias.mean(), bias.covariance<biases>(0, biases));
+    note_biases(scan, bias.mean(), bias.covariance());
     for (std::size_t shown = 0; shown < shown_tracks.size(); ++shown) {
       const std::size_t t = shown_tracks[shown];
       scan.compensated[shown] = error_of(compensated_mean(tracks[t], bias), draw.truth[k][t]);
@@ -240,7 +240,7 @@ double ts_against_augmented(const Draw& draw) {
       const PlanarPlot p = predict_plot(i, augmented.target(t), of_sensor(augmented.bias(), i));
       augmented.update<2, terms>(t, residual(plot, p.q), p.d_state, p.d_bias, terms * i, plot_noise());
     }
-    compare(augmented.bias(), augmented.bias_covariance(), bias.mean(), bias.covariance<biases>(0, biases));
+    compare(augmented.bias(), augmented.bias_covariance(), bias.mean(), bias.covariance());
     for (int t = 0; t < targets; ++t) {
       const Gaussian<4> x = compensated(tracks[t], bias);
       compare(augmented.target(t), augmented.covariance(t), x.mean, x.cov);

@@ -1,0 +1,311 @@
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/ts.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace downrange {
+namespace {
+
+constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
+/// Random walks of the biases advance on this grid of UTC: every step costs all targets.
+constexpr Duration drift_step = milliseconds(1000);
+/// Above this correlation two radars' terms cannot be told apart.
+constexpr double alike = 0.99;
+
+Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
+
+/// What is looked for without GPS: the regime's priors, but constant biases.
+BiasLayout layout_of(const MethodSettings& settings) {
+  std::vector<RadarModel> radars = settings.radars;
+  if (settings.no_gps.enabled) {
+    const BiasLayout tight = bias_layout_without_gps(radars, settings.no_gps, 0);
+    for (std::size_t i = 0; i < radars.size(); ++i) radars[i].bias = tight.radars[i].model;
+  }
+  return bias_layout(radars, 0);
+}
+
+template <int M>
+void note_residual(SourceAccount& account, const TwoStageUpdate<M>& u) {
+  const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
+  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
+}
+
+template <int M>
+Outcome outcome_of(SourceAccount& account, const TwoStageUpdate<M>& u) {
+  if (u.verdict == Verdict::Accepted) note_residual(account, u);
+  return {.verdict = u.verdict, .nis = u.nis, .dof = M};
+}
+
+}  // namespace
+
+template <int N>
+Ts<N>::Ts(MethodSettings settings)
+    : settings_(std::move(settings)),
+      motion_{.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false},
+      layout_(layout_of(settings_)),
+      drifts_(std::ranges::any_of(layout_.radars,
+                                  [](const RadarBlock& block) {
+                                    return std::ranges::any_of(block.model.terms, [&](BiasTerm term) {
+                                      return block.model.drift[index(term)] > 0;
+                                    });
+                                  })),
+      gate2_(chi2_quantile(settings_.gate_probability, 2)),
+      gate3_(chi2_quantile(settings_.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+  if (settings_.radars.size() > max_radars)
+    throw std::invalid_argument("method ts takes at most " + std::to_string(max_radars) + " radars");
+}
+
+template <int N>
+typename Ts<N>::State Ts<N>::initial() const {
+  Hypothesis prior{.x = Eigen::VectorXd::Zero(layout_.size), .P = Eigen::MatrixXd::Zero(layout_.size, layout_.size)};
+  for (const RadarBlock& block : layout_.radars) reset_bias(prior, block, settings_.no_gps);
+  Target target;
+  target.track = {{Vec<N>::Zero(), Mat<N, N>::Identity()}, Mat<N, Eigen::Dynamic>::Zero(N, layout_.size)};
+  target.contributed.fill(never);
+  return {
+      .bias = Shared(prior.x, prior.P),
+      .drifted = std::nullopt,
+      .targets = std::vector<Target>(static_cast<std::size_t>(settings_.targets), target),
+      .radars = std::vector<Radar>(settings_.radars.size()),
+      .accounts = std::vector<SourceAccount>(settings_.radars.size() + static_cast<std::size_t>(settings_.stations))};
+}
+
+template <int N>
+int Ts<N>::source_of(const Measurement& m) const {
+  return m.kind == Measurement::Kind::Gps ? static_cast<int>(settings_.radars.size()) + m.source : m.source;
+}
+
+template <int N>
+Gaussian<9> Ts<N>::first_motion(const Measurement& m) const {
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  return downrange::first_motion(m, settings_, gps ? nullptr : &layout_.radars[static_cast<std::size_t>(m.source)]);
+}
+
+template <int N>
+void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
+  t.started = true;
+  t.epoch = t.data_epoch = epoch;
+  t.plots_rejected_in_row = 0;
+  t.fixes_rejected_in_row = 0;
+  t.track.estimate.mean.setZero();
+  t.track.estimate.mean.template head<9>() = motion.mean;
+  t.track.estimate.cov.setZero();
+  t.track.estimate.cov.template topLeftCorner<9, 9>() = motion.cov;
+  t.track.estimate.cov.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps_error.sigma_m, 2));
+  t.track.V.setZero();
+}
+
+template <int N>
+void Ts<N>::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
+  restart(s.targets[static_cast<std::size_t>(target)], epoch, estimate);
+}
+
+template <int N>
+void Ts<N>::predict(Target& t, Time to) const {
+  const double dt = (to - t.epoch).seconds();
+  t.epoch = to;
+  if (dt <= 0) return;
+  const double phi = N == 12 ? std::exp(-dt / settings_.gps_error.tau_s) : 1;
+  const Mat<3, 3> of_motion = process_noise(motion_, dt);
+  Mat<N, N> Q = Mat<N, N>::Zero();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      Q.template block<3, 3>(3 * row, 3 * column).diagonal().setConstant(of_motion(row, column));
+  }
+  Q.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps_error.sigma_m, 2) * (1 - phi * phi));
+  const auto transition = [dt, phi](auto& X) {
+    X.template topRows<3>() += dt * X.template middleRows<3>(3) + dt * dt / 2 * X.template middleRows<3>(6);
+    X.template middleRows<3>(3) += dt * X.template middleRows<3>(6);
+    X.template bottomRows<N - 9>() *= phi;
+  };
+  downrange::predict(t.track, transition, Q);
+}
+
+template <int N>
+void Ts<N>::loosen_all(State& s, int bias, double variance) {
+  const typename Shared::Step step = s.bias.loosen(bias, variance);
+  for (Target& t : s.targets) loosen<N, Eigen::Dynamic, max_biases>(t.track, step);
+}
+
+template <int N>
+void Ts<N>::drift(State& s, Time to) const {
+  const Time grid = ceil_to_grid(to, drift_step);
+  const double dt = s.drifted ? (grid - *s.drifted).seconds() : 0;
+  if (!s.drifted || grid > *s.drifted) s.drifted = grid;
+  if (dt <= 0) return;
+  for (const RadarBlock& block : layout_.radars) {
+    for (int i = 0; i < block.terms; ++i) {
+      const double per_root_second = block.model.drift[index(block.term[static_cast<std::size_t>(i)])];
+      if (per_root_second > 0) loosen_all(s, block.at + i, per_root_second * per_root_second * dt);
+    }
+  }
+}
+
+template <int N>
+Outcome Ts<N>::apply(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  if (drifts_) drift(s, m.epoch);
+  Outcome outcome;
+  if (!t.started) {
+    if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
+    restart(t, m.epoch, first_motion(m));
+  } else {
+    predict(t, m.epoch);
+    outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
+  }
+  if (gps) {
+    const Gaussian<N> x = compensated(t.track, s.bias);
+    remember(t.last_fix, m, x.mean.template segment<3>(3), x.cov.template block<3, 3>(3, 3));
+  }
+  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome.verdict);
+  if (outcome.verdict != Verdict::Accepted) {
+    after_rejection(s, m, outcome.verdict);
+    return outcome;
+  }
+
+  t.data_epoch = m.epoch;
+  t.nis = outcome.nis;
+  t.nis_dof = outcome.dof;
+  if (gps) {
+    t.fixes_rejected_in_row = 0;
+    t.accepted_fix = m.epoch;
+    return outcome;
+  }
+  t.plots_rejected_in_row = 0;
+  t.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
+  Radar& radar = s.radars[static_cast<std::size_t>(m.source)];
+  radar.epoch = m.epoch;
+  ++radar.samples;
+  if (t.accepted_fix && m.epoch - *t.accepted_fix <= settings_.gps_max_age) radar.referenced = true;
+  return outcome;
+}
+
+template <int N>
+void Ts<N>::after_rejection(State& s, const Measurement& m, Verdict verdict) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  if (m.kind == Measurement::Kind::Gps) {
+    const bool insists = verdict != Verdict::Frozen && ++t.fixes_rejected_in_row >= gps_restart_after;
+    if (insists) restart(t, m.epoch, first_motion(m));
+    return;
+  }
+  const auto source = static_cast<std::size_t>(m.source);
+  if (++t.plots_rejected_in_row >= settings_.reopen_after && settings_.radars[source].measures_range) {
+    restart(t, m.epoch, first_motion(m));  // no radar was accepted for so long: the track is lost, not the radars
+  } else if (s.accounts[source].rejected_in_row % settings_.reopen_after == 0) {
+    // This radar alone disagrees: its bias may have stepped by as much as it could ever be.
+    const RadarBlock& block = layout_.radars[source];
+    const Vec<BiasEstimate::max_terms> sigma = block.prior_sigma();
+    for (int i = 0; i < block.terms; ++i) loosen_all(s, block.at + i, sigma[i] * sigma[i]);
+  }
+}
+
+template <int N>
+Outcome Ts<N>::apply_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
+  if (is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  const Vec<N> x = compensated_mean(t.track, s.bias);
+  const auto use = [&]<int M>(double gate) {
+    Vec<M> nu;
+    nu.template head<3>() = m.position.m;
+    if constexpr (M == 6) nu.template tail<3>() = m.velocity.m_s;
+    nu -= x.template head<M>();
+    Mat<M, N> H = Mat<M, N>::Zero();
+    H.template leftCols<M>().setIdentity();
+    if constexpr (N == 12) {
+      nu.template head<3>() -= x.template tail<3>();
+      H.template topRightCorner<3, 3>().setIdentity();
+    }
+    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(m), gate));
+  };
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
+}
+
+template <int N>
+Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const auto source = static_cast<std::size_t>(m.source);
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout_.radars[source];
+  const Vec<N> x = compensated_mean(t.track, s.bias);
+  const PredictedPlot predicted = predict_plot(radar, x.template head<9>(), block.bias(s.bias.mean()));
+  const Vec<3> nu = plot_residual(m.plot, predicted.q);
+  Mat<3, N> H = Mat<3, N>::Zero();
+  H.template leftCols<9>() = predicted.d_motion;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, bias_term_count> C(3, block.terms);
+  for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
+  const Vec<3> variance = plot_variance(radar, m.plot.elevation_rad);
+  const auto use = [&]<int M>(double gate) {
+    const Mat<M, M> R = variance.template tail<M>().asDiagonal();
+    return outcome_of<M>(s.accounts[source],
+                         update(s.bias, t.track, Vec<M>(nu.template tail<M>()), Mat<M, N>(H.template bottomRows<M>()),
+                                C.template bottomRows<M>(), block.at, R, gate));
+  };
+  return radar.measures_range ? use.template operator()<3>(gate3_) : use.template operator()<2>(gate2_);
+}
+
+template <int N>
+std::optional<TrackEstimate> Ts<N>::fused(const State& state, int target, std::optional<Time> at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.started) return std::nullopt;
+  TrackEstimate e;
+  e.epoch = at.value_or(t.data_epoch);
+  e.data_epoch = t.data_epoch;
+  e.size = 9;
+  const Gaussian<N> now = compensated(t.track, state.bias);
+  const Gaussian<9> x = downrange::predict(
+      motion_, {now.mean.template head<9>(), now.cov.template topLeftCorner<9, 9>()}, (e.epoch - t.epoch).seconds());
+  e.mean = x.mean;
+  e.cov = x.cov;
+  e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);
+  e.nis = t.nis;
+  e.nis_dof = t.nis_dof;
+  return e;
+}
+
+template <int N>
+BiasEstimate Ts<N>::bias(const State& state, int radar) const {
+  const RadarBlock& block = layout_.radars[static_cast<std::size_t>(radar)];
+  const Radar& known = state.radars[static_cast<std::size_t>(radar)];
+  BiasEstimate b;
+  b.epoch = known.epoch;
+  b.samples = known.samples;
+  b.terms = block.terms;
+  b.term = block.term;
+  b.value.head(block.terms) = state.bias.mean().segment(block.at, block.terms);
+  if (known.samples > 0) {
+    for (std::size_t other = 0; other < state.radars.size(); ++other) {
+      if (static_cast<int>(other) != radar && state.radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+    }
+  }
+  if (known.referenced) b.reference = BiasReference::Gps;
+
+  const typename Shared::Column variance = state.bias.variances();
+  std::array<bool, BiasEstimate::max_terms> like_anothers{};
+  for (int i = 0; i < block.terms; ++i) {
+    const typename Shared::Column row = state.bias.covariance_row(block.at + i);
+    b.cov.col(i).head(block.terms) = row.segment(block.at, block.terms);
+    for (Eigen::Index j = 0; j < row.size(); ++j) {
+      const bool own = j >= block.at && j < block.at + block.terms;
+      if (!own && std::abs(row[j]) > alike * std::sqrt(variance[j] * variance[block.at + i]))
+        like_anothers[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  b.cov = ((b.cov + b.cov.transpose()) / 2).eval();
+  b.state = bias_states(b, block.prior_sigma(), false);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(block.terms); ++i) {
+    if (like_anothers[i]) b.state[i] = BiasState::NotObservable;
+  }
+  return b;
+}
+
+template class Ts<9>;
+template class Ts<12>;
+
+}  // namespace downrange
