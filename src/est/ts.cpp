@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <downrange/est/ts.hpp>
@@ -12,6 +13,8 @@ namespace {
 constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
 /// Random walks of the biases advance on this grid of UTC: every step costs all targets.
 constexpr Duration drift_step = milliseconds(1000);
+/// From the plot's own place to the one that a bias of a degree moves it to, to a millimetre.
+constexpr int newton_steps = 4;
 /// Above this correlation two radars' terms cannot be told apart.
 constexpr double alike = 0.99;
 
@@ -80,12 +83,6 @@ int Ts<N>::source_of(const Measurement& m) const {
 }
 
 template <int N>
-Gaussian<9> Ts<N>::first_motion(const Measurement& m) const {
-  const bool gps = m.kind == Measurement::Kind::Gps;
-  return downrange::first_motion(m, settings_, gps ? nullptr : &layout_.radars[static_cast<std::size_t>(m.source)]);
-}
-
-template <int N>
 void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.started = true;
   t.epoch = t.data_epoch = epoch;
@@ -97,6 +94,41 @@ void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.track.estimate.cov.template topLeftCorner<9, 9>() = motion.cov;
   t.track.estimate.cov.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps_error.sigma_m, 2));
   t.track.V.setZero();
+}
+
+template <int N>
+void Ts<N>::restart_by(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  if (m.kind == Measurement::Kind::Gps) return restart(t, m.epoch, first_motion(m, settings_, nullptr));
+
+  // The position where the radar, with the bias known so far, would have measured the plot: h(p, b^) = z.
+  const auto source = static_cast<std::size_t>(m.source);
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout_.radars[source];
+  const Vec<bias_term_count> bias = block.bias(s.bias.mean());
+  Gaussian<9> motion = first_motion(m, settings_, &block);
+  PredictedPlot predicted;
+  Mat<3, 3> d_position;  // d p / d plot
+  for (int step = 0; step < newton_steps; ++step) {
+    predicted = predict_plot(radar, motion.mean, bias);
+    d_position = predicted.d_motion.leftCols<3>().inverse();
+    motion.mean.head<3>() += d_position * plot_residual(m.plot, predicted.q);
+  }
+  // Given b the plot's noise is all that is wrong, and where the target was within a time tag of unknown size.
+  double tau_variance = 0;
+  for (int i = 0; i < block.terms; ++i) {
+    if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
+      tau_variance = std::pow(block.prior_sigma()[i], 2);
+  }
+  motion.cov.topLeftCorner<3, 3>() =
+      d_position * plot_variance(radar, m.plot.elevation_rad).asDiagonal() * d_position.transpose() +
+      tau_variance * motion.cov.block<3, 3>(3, 3);
+  restart(t, m.epoch, motion);
+  for (int i = 0; i < block.terms; ++i) {
+    const Vec<3> per_bias = -d_position * predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
+    t.track.V.col(block.at + i).template head<3>() = per_bias;
+    t.track.estimate.mean.template head<3>() -= per_bias * s.bias.mean()[block.at + i];
+  }
 }
 
 template <int N>
@@ -153,7 +185,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
   Outcome outcome;
   if (!t.started) {
     if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
-    restart(t, m.epoch, first_motion(m));
+    restart_by(s, m);
   } else {
     predict(t, m.epoch);
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
@@ -190,12 +222,12 @@ void Ts<N>::after_rejection(State& s, const Measurement& m, Verdict verdict) con
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   if (m.kind == Measurement::Kind::Gps) {
     const bool insists = verdict != Verdict::Frozen && ++t.fixes_rejected_in_row >= gps_restart_after;
-    if (insists) restart(t, m.epoch, first_motion(m));
+    if (insists) restart_by(s, m);
     return;
   }
   const auto source = static_cast<std::size_t>(m.source);
   if (++t.plots_rejected_in_row >= settings_.reopen_after && settings_.radars[source].measures_range) {
-    restart(t, m.epoch, first_motion(m));  // no radar was accepted for so long: the track is lost, not the radars
+    restart_by(s, m);  // no radar was accepted for so long: the track is lost, not the radars
   } else if (s.accounts[source].rejected_in_row % settings_.reopen_after == 0) {
     // This radar alone disagrees: its bias may have stepped by as much as it could ever be.
     const RadarBlock& block = layout_.radars[source];

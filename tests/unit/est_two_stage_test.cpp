@@ -69,7 +69,7 @@ struct Filter {
   void predict_all() {
     for (auto& track : tracks)
       predict(
-          track, [](auto& X) { X = (planar_transition(dt) * X).eval(); }, planar_noise(dt, q));
+          track, [](auto& X) { X.template topRows<2>() += dt * X.template bottomRows<2>(); }, planar_noise(dt, q));
   }
   TwoStageUpdate<2> take(const Plot& m, double gate = no_gate) {
     auto& track = tracks[static_cast<std::size_t>(m.target)];

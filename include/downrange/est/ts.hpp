@@ -19,6 +19,9 @@ namespace downrange {
 ///  0-8   position (m), velocity (m/s), acceleration (m/s^2)
 ///  9-11  where N = 12: slowly varying GPS error (m, first-order Gauss-Markov): fix = position + error + noise
 ///
+/// A target's first plot makes a track whose error is the radar's bias (its V), not an independent one: of many
+/// targets, independent errors would average out and the biases with them.
+///
 /// Radars are found against each other: what they have in common shows only through their priors, or through the GPS of
 /// any target, whose fixes are free of bias. Priors are those of the regime without GPS where that is enabled, with the
 /// slow pointing errors left out: a radar whose pointing wanders needs a drift of its angle offsets instead.
@@ -76,7 +79,7 @@ class Ts {
 
  private:
   void restart(Target& t, Time epoch, const Gaussian<9>& motion) const;
-  [[nodiscard]] Gaussian<9> first_motion(const Measurement& m) const;
+  void restart_by(State& s, const Measurement& m) const;
   void predict(Target& t, Time to) const;
   void drift(State& s, Time to) const;
   static void loosen_all(State& s, int bias, double variance);

@@ -116,6 +116,14 @@ std::vector<Figure> figures(const Measured& m) {
       f.push_back(at_most("ts / bound, worst of 8 biases," + at(k), m.worst_ratio(Ts, BoundOfTs, k), 1.10));
     for (const int k : instants) f.push_back(within("ts, NEES/8," + at(k), m.nees(Ts, k), 0.90, 1.10));
   }
+  if (m.has(Ts) && m.has(Pm)) {
+    for (const int k : instants)
+      f.push_back(shown("pm / bound, worst of 8 biases," + at(k), m.worst_ratio(Pm, BoundOfTs, k)));
+  }
+  if (m.has(Ts) && m.has(Exx)) {
+    for (const int k : instants)
+      f.push_back(shown("exx / bound, started from plots, worst of 8," + at(k), m.worst_ratio(Exx, BoundFromPlots, k)));
+  }
   if (m.has(Pm) && m.has(Exx)) {
     f.push_back(at_most("pm / exx, worst of 8 biases," + at(20), m.worst_ratio(Pm, Exx, 20), 0.42));
     f.push_back(at_most("pm / exx, worst of 8 biases," + at(120), m.worst_ratio(Pm, Exx, 120), 0.65));
