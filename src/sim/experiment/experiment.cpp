@@ -86,6 +86,11 @@ const std::vector<Experiment>& experiments() {
        300,
        {"joint-ca", "joint-launch", "schmidt", "song2015", "uncorrected"},
        run_launch},
+      {"kim2011",
+       "biases of two radars without GPS, from 32 targets",
+       400,
+       {"pm", "pm-scaled", "exx", "ts"},
+       run_kim2011},
       {"federated",
        "a target that manoeuvres, two sensors: filters that share information and filters that notice",
        500,
@@ -101,11 +106,6 @@ const std::vector<Experiment>& experiments() {
        500,
        {"exact", "linear", "fixed"},
        run_alphabeta},
-      {"kim2011",
-       "biases of two radars without GPS, from 32 targets",
-       400,
-       {"pm", "pm-scaled", "exx", "ts"},
-       run_kim2011},
   };
   return all;
 }
