@@ -37,30 +37,30 @@ const sim::TrajectoryScore& of(const sim::Summary& summary, const std::string& p
 TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const sim::Summary summary = fly(seed);
-    const auto& fused = of(summary, "song2015");
+    const auto& fused = of(summary, "joint");
+    const auto& song = of(summary, "song2015");
     const auto& uncorrected = of(summary, "uncorrected");
     ASSERT_EQ(fused.phases.size(), summary.phases.size());
     for (std::size_t i = 0; i < fused.phases.size(); ++i) {
       ASSERT_GT(fused.phases[i].samples, 100u);
       // Late the paper's method leaves half: its windowed process noise follows the GPS.
-      EXPECT_LT(fused.phases[i].rms_m, 0.65 * uncorrected.phases[i].rms_m)
+      EXPECT_LT(song.phases[i].rms_m, 0.65 * uncorrected.phases[i].rms_m)
           << "seed " << seed << " " << summary.phases[i].name;
-      EXPECT_GT(fused.phases[i].inside_95, 0.6) << "seed " << seed << " " << summary.phases[i].name;
+      EXPECT_LT(fused.phases[i].rms_m, 0.5 * song.phases[i].rms_m) << "seed " << seed << " " << summary.phases[i].name;
+      EXPECT_GT(fused.phases[i].inside_95, 0.9) << "seed " << seed << " " << summary.phases[i].name;
     }
     // The covariance of the uncorrected fusion lies where the radars are precise.
     EXPECT_LT(uncorrected.phases.front().inside_95, 0.1);
     for (const auto& radar : summary.radars) {
-      // In a burn a constant-velocity GPS track lags by up to the vehicle's own acceleration: tens of metres along the
-      // line of sight of the far radar, as much as its range bias.
-      EXPECT_LT(radar.after.range_m, 1.05 * radar.before.range_m) << radar.sensor.view();
-      EXPECT_LT(radar.after.azimuth_rad, 0.7 * radar.before.azimuth_rad) << radar.sensor.view();
-      EXPECT_LT(radar.after.elevation_rad, 0.7 * radar.before.elevation_rad) << radar.sensor.view();
+      EXPECT_LT(radar.after.range_m, 0.5 * radar.before.range_m) << radar.sensor.view();
+      EXPECT_LT(radar.after.azimuth_rad, 0.5 * radar.before.azimuth_rad) << radar.sensor.view();
+      EXPECT_LT(radar.after.elevation_rad, 0.5 * radar.before.elevation_rad) << radar.sensor.view();
     }
     int fused_rows = 0;
     for (const auto& antenna : summary.pointing) {
       if (antenna.source != SlavingSource::Fused) continue;
       ++fused_rows;
-      EXPECT_LT(antenna.p95_rad, 0.15 * std::numbers::pi / 180) << antenna.antenna.view();
+      EXPECT_LT(antenna.p95_rad, 0.1 * std::numbers::pi / 180) << antenna.antenna.view();
     }
     EXPECT_EQ(fused_rows, 4);
   }
