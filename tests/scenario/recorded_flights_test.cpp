@@ -226,7 +226,7 @@ TEST_P(RecordedFlight, KeepsItsTrackWithoutGpsAndWithoutEachRadar) {
   // On the same ticks, before and after the outage that GPS alone does not survive.
   RangeConfig on_ticks = range;
   on_ticks.fuse.publish_on_data = false;
-  for (const auto window : {std::pair{20.0, 155.0}, std::pair{190.0, 600.0}}) {
+  for (const auto& window : {std::pair{20.0, 155.0}, std::pair{190.0, 600.0}}) {
     const double all = flight_of(score(flight, on_ticks, {"joint"}, {}, window), "joint").rms_m;
     const double gps_alone = flight_of(score(flight, on_ticks, {"joint"}, names, window), "joint").rms_m;
     std::printf("%.0f-%.0f s: GPS alone rms %.2f m, everything rms %.2f m\n", window.first, window.second, gps_alone,
