@@ -56,6 +56,8 @@ TEST(BiasedTrack, IsTheUnbiasedTrackPlusGBeta) {
       free = update(free, z, H, p.BC, p.R, no_gate).track;
     }
     EXPECT_LT((biased.estimate.mean - free.estimate.mean - biased.G * beta).norm(), 1e-12 * (1 + biased.G.norm()));
+    const Gaussian<4> compensated = compensate(biased, Gaussian<3>{beta, 1e-30 * Mat<3, 3>::Identity()});
+    EXPECT_LT((compensated.mean - free.estimate.mean).norm(), 1e-12 * (1 + biased.G.norm()));
     EXPECT_EQ(biased.estimate.cov, free.estimate.cov);
     EXPECT_EQ(biased.estimate.cov, biased.estimate.cov.transpose().eval());
   }
