@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <downrange/est/hypothesis.hpp>
@@ -154,10 +155,10 @@ PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const Motio
   return l;
 }
 
-Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const RadarBlock* block) {
+Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const Vec<bias_term_count>& bias) {
   Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
   double velocity_sigma = settings.initial_sigma_velocity_m_s;
-  if (block == nullptr) {
+  if (m.kind == Measurement::Kind::Gps) {
     motion.mean.head<3>() = m.position.m;
     const double sigma = std::max(m.sigma_horizontal_m, m.sigma_vertical_m);
     const double slow = settings.gps_error.enabled ? settings.gps_error.sigma_m : 0;
@@ -168,26 +169,34 @@ Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, c
     }
   } else {
     const RadarModel& radar = settings.radars[static_cast<std::size_t>(m.source)];
-    const ConvertedMeasurement converted = convert_unbiased(without_refraction(radar, m.plot), radar.sigma);
-    const auto variance_of = [block](BiasTerm first) -> Vec<3> {
-      Vec<3> variance = Vec<3>::Zero();
-      for (int i = 0; i < block->terms; ++i) {
-        const int axis = static_cast<int>(block->term[static_cast<std::size_t>(i)]) - static_cast<int>(first);
-        if (axis >= 0 && axis < 3) variance[axis] = block->model.prior_cov(index(first) + axis, index(first) + axis);
-      }
-      return variance;
-    };
-    const Mat<3, 3> J = d_enu_d_polar(m.plot);
-    const Mat<3, 3> R_enu_sez = sez_from_enu().R.transpose();
-    const Mat<3, 3> from_bias = J * variance_of(BiasTerm::OffsetRange).asDiagonal() * J.transpose() +
-                                R_enu_sez * variance_of(BiasTerm::OffsetSouth).asDiagonal() * R_enu_sez.transpose();
+    std::array<BiasTerm, bias_term_count> terms{};
+    for (std::size_t i = 0; i < terms.size(); ++i) terms[i] = static_cast<BiasTerm>(i);
+    const Polar plot = without_refraction(radar, compensate(m.plot, terms, {bias.data(), terms.size()}));
+    const ConvertedMeasurement converted = convert_unbiased(plot, radar.sigma);
     const Mat<3, 3> R_ecef_enu = radar.site.R_enu_ecef().R.transpose();
     motion.mean.head<3>() = radar.site.ecef_of(converted.z).m;
-    motion.cov.topLeftCorner<3, 3>() = R_ecef_enu * (converted.R + from_bias) * R_ecef_enu.transpose();
+    motion.cov.topLeftCorner<3, 3>() = R_ecef_enu * converted.R * R_ecef_enu.transpose();
   }
   motion.cov.diagonal().segment<3>(3).setConstant(velocity_sigma * velocity_sigma);
   motion.cov.diagonal().tail<3>().setConstant(std::pow(settings.initial_sigma_acceleration_m_s2, 2));
   return motion;
+}
+
+void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block) {
+  // h(p, b) = q: dp/db = -(dh/dp)^-1 dh/db. At the radar's own place, and straight above it, dh/dp says nothing.
+  const PlotLinearisation l = linearise_plot(h, motion_at, MotionModel{}, radar, block, Polar{});
+  const Eigen::FullPivLU<Mat<3, 3>> by_position(l.H.of_motion.leftCols<3>());
+  if (!by_position.isInvertible()) return;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, RadarBlock::max_size> dp_db =
+      -by_position.solve(l.H.of_radar.leftCols(block.size()));
+  h.P.middleRows<3>(motion_at) += dp_db * h.P.middleRows(block.at, block.size());
+  h.P.middleCols<3>(motion_at) += h.P.middleCols(block.at, block.size()) * dp_db.transpose();
+  // Where the target was within a time tag of unknown size, at a velocity that is not known either.
+  for (int i = 0; i < block.terms; ++i) {
+    if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
+      h.P.block<3, 3>(motion_at, motion_at) +=
+          h.P(block.at + i, block.at + i) * h.P.block<3, 3>(motion_at + 3, motion_at + 3);
+  }
 }
 
 void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion) {

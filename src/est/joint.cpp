@@ -112,9 +112,15 @@ void Joint::restart_motion(Target& t, const Measurement& m) const {
   t.plots_rejected_in_row = 0;
   t.fixes_rejected_in_row = 0;
   t.bank.probability = models_.initial_probability;
-  const bool gps = m.kind == Measurement::Kind::Gps;
-  const RadarBlock* block = gps ? nullptr : &layout(t).radars[static_cast<std::size_t>(m.source)];
-  set_motion(t, first_motion(m, settings_, block));
+  if (m.kind == Measurement::Kind::Gps) {
+    set_motion(t, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
+    return;
+  }
+  const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
+  const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
+  const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
+  set_motion(t, first_motion(m, settings_, block.bias(known.x)));
+  for (int i = 0; i < t.bank.count; ++i) tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], motion_at, radar, block);
 }
 
 void Joint::predict(Target& t, Time to) const {

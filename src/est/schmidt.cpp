@@ -88,12 +88,21 @@ void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) cons
   set_motion(t.bank, models_, fused_at, motion);
 }
 
+void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
+  const auto source = static_cast<std::size_t>(plot.source);
+  const RadarBlock& block = layout_.radars[source];
+  const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
+  start_fused(t, plot.epoch, first_motion(plot, settings_, block.bias(known.x)));
+  for (int i = 0; i < t.bank.count; ++i)
+    tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[source], block);
+}
+
 void Schmidt::start_gps(Target& t, const Measurement& m) const {
   t.gps_started = true;
   t.gps_confirmed = false;
   t.gps_epoch = m.epoch;
   t.fixes_rejected_in_row = 0;
-  const Gaussian<9> motion = first_motion(m, settings_, nullptr);
+  const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
   const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
@@ -216,7 +225,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   SourceAccount& account = s.accounts[source];
   Outcome outcome;
   if (!t.fused_started) {
-    start_fused(t, m.epoch, first_motion(m, settings_, &layout_.radars[source]));
+    start_fused_by(t, m);
   } else {
     outcome = correct(t, account, m);
   }
@@ -230,7 +239,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     return outcome;
   }
   if (++t.plots_rejected_in_row >= settings_.reopen_after) {
-    start_fused(t, m.epoch, first_motion(m, settings_, &layout_.radars[source]));
+    start_fused_by(t, m);
   } else if ((account.rejected_in_row + 1) % settings_.reopen_after == 0) {
     for (int i = 0; i < t.bank.count; ++i)
       reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout_.radars[source], settings_.no_gps);

@@ -99,14 +99,15 @@ void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
 template <int N>
 void Ts<N>::restart_by(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  if (m.kind == Measurement::Kind::Gps) return restart(t, m.epoch, first_motion(m, settings_, nullptr));
+  if (m.kind == Measurement::Kind::Gps)
+    return restart(t, m.epoch, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
 
   // The position where the radar, with the bias known so far, would have measured the plot: h(p, b^) = z.
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout_.radars[source];
   const Vec<bias_term_count> bias = block.bias(s.bias.mean());
-  Gaussian<9> motion = first_motion(m, settings_, &block);
+  Gaussian<9> motion = first_motion(m, settings_, bias);
   PredictedPlot predicted;
   Mat<3, 3> d_position;  // d p / d plot
   for (int step = 0; step < newton_steps; ++step) {

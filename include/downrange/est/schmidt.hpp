@@ -77,6 +77,7 @@ class Schmidt {
  private:
   void size_state(Target& t, Time epoch) const;
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
+  void start_fused_by(Target& t, const Measurement& plot) const;
   void start_gps(Target& t, const Measurement& m) const;
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
