@@ -29,6 +29,8 @@ const google::protobuf::Descriptor* descriptor(RecordKind kind) {
       return record::LastTick::descriptor();
     case RecordKind::Truth:
       return record::Truth::descriptor();
+    case RecordKind::AngleTspi:
+      return record::AngleTspi::descriptor();
   }
   return nullptr;
 }

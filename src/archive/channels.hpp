@@ -10,6 +10,7 @@
 
 namespace downrange::archive {
 
+/// A schema's id is its number here: append only.
 enum class RecordKind : std::uint8_t {
   RadarTspi,
   GpsFix,
@@ -21,6 +22,7 @@ enum class RecordKind : std::uint8_t {
   SourceHealth,
   LastTick,
   Truth,
+  AngleTspi,
 };
 
 /// One MCAP channel. Its schema's id is 1 + its record kind.
@@ -45,10 +47,11 @@ inline constexpr Channel slaving_channel{8, RecordKind::SlavingCommand, Role::Ou
 inline constexpr Channel health_channel{9, RecordKind::SourceHealth, Role::Output, "downrange/health"};
 inline constexpr Channel last_tick_channel{10, RecordKind::LastTick, Role::Mark, "downrange/last_tick"};
 inline constexpr Channel truth_channel{11, RecordKind::Truth, Role::Truth, "sim/truth"};
+inline constexpr Channel angles_channel{12, RecordKind::AngleTspi, Role::Input, "range/angles"};
 inline constexpr std::array channels{
     radar_channel,           gps_channel,       mission_channel,    observation_in_channel,
     observation_out_channel, bias_channel,      trajectory_channel, slaving_channel,
-    health_channel,          last_tick_channel, truth_channel};
+    health_channel,          last_tick_channel, truth_channel,      angles_channel};
 
 /// The word of a channel's metadata key "role": "input", "output", "mark", "truth".
 [[nodiscard]] std::string_view to_string(Role role);

@@ -12,6 +12,7 @@ namespace downrange::archive {
 /// each foreign byte, because Protobuf would refuse to read it back.
 void to_proto(const RadarTspi& in, record::RadarTspi& out);
 void to_proto(const GpsFix& in, record::GpsFix& out);
+void to_proto(const AngleTspi& in, record::AngleTspi& out);
 void to_proto(const MissionEvent& in, record::MissionEvent& out);
 void to_proto(const Observation& in, record::Observation& out);
 void to_proto(const SensorBias& in, record::SensorBias& out);
@@ -30,6 +31,7 @@ struct Defect {
 /// arrays of the size their count says.
 [[nodiscard]] RadarTspi from_proto(const record::RadarTspi& in, Defect& defect);
 [[nodiscard]] GpsFix from_proto(const record::GpsFix& in, Defect& defect);
+[[nodiscard]] AngleTspi from_proto(const record::AngleTspi& in, Defect& defect);
 [[nodiscard]] MissionEvent from_proto(const record::MissionEvent& in, Defect& defect);
 [[nodiscard]] Observation from_proto(const record::Observation& in, Defect& defect);
 [[nodiscard]] SensorBias from_proto(const record::SensorBias& in, Defect& defect);

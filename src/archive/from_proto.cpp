@@ -92,6 +92,20 @@ GpsFix from_proto(const record::GpsFix& in, Defect& defect) {
   return out;
 }
 
+AngleTspi from_proto(const record::AngleTspi& in, Defect& defect) {
+  AngleTspi out;
+  out.sensor = name(in.sensor(), "sensor", defect);
+  out.target = name(in.target(), "target", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.azimuth_rad = in.azimuth_rad();
+  out.elevation_rad = in.elevation_rad();
+  out.mode = enumerator(in.mode(), TrackMode::Coast, "mode", defect);
+  out.simulated = in.simulated();
+  return out;
+}
+
 MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
   MissionEvent out;
   out.mission = name(in.mission(), "mission", defect);
@@ -106,7 +120,7 @@ MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
 
 Observation from_proto(const record::Observation& in, Defect& defect) {
   Observation out;
-  out.kind = enumerator(in.kind(), ObservationKind::Gps, "kind", defect);
+  out.kind = enumerator(in.kind(), ObservationKind::Angles, "kind", defect);
   out.verdict = enumerator(in.verdict(), static_cast<Reason>(reason_count - 1), "verdict", defect);
   out.sensor = name(in.sensor(), "sensor", defect);
   out.target = name(in.target(), "target", defect);

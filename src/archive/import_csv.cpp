@@ -135,6 +135,9 @@ class FileImport {
       case FileKind::Gps:
         add_gps();
         break;
+      case FileKind::Angles:
+        add_angles();
+        break;
       case FileKind::Truth:
         add_truth();
         break;
@@ -174,6 +177,19 @@ class FileImport {
     gps.satellites = static_cast<std::uint8_t>(std::clamp(value(Field::Satellites), 0.0, 255.0));
     judge_order(gps.position.m);
     out_.events.emplace_back(gps);
+  }
+
+  void add_angles() {
+    AngleTspi angles;
+    angles.sensor = mapping_.source;
+    angles.target = mapping_.target;
+    angles.sequence = report_.rows;
+    angles.epoch = epoch_;
+    angles.received = received_;
+    angles.azimuth_rad = wrap_two_pi(value(Field::Azimuth));
+    angles.elevation_rad = value(Field::Elevation);
+    judge_order({0, angles.azimuth_rad, angles.elevation_rad});
+    out_.events.emplace_back(angles);
   }
 
   void add_truth() {

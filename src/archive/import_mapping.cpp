@@ -47,6 +47,7 @@ constexpr Unit units[] = {
 constexpr unsigned radar = 1;
 constexpr unsigned gps = 2;
 constexpr unsigned truth = 4;
+constexpr unsigned angles = 8;
 
 struct FieldInfo {
   std::string_view name;
@@ -55,11 +56,11 @@ struct FieldInfo {
   unsigned kinds;
 };
 constexpr FieldInfo fields[] = {
-    {"epoch", Field::Epoch, Quantity::Time, radar | gps | truth},
-    {"received", Field::Received, Quantity::Time, radar | gps},
+    {"epoch", Field::Epoch, Quantity::Time, radar | gps | truth | angles},
+    {"received", Field::Received, Quantity::Time, radar | gps | angles},
     {"range", Field::Range, Quantity::Length, radar},
-    {"azimuth", Field::Azimuth, Quantity::Angle, radar},
-    {"elevation", Field::Elevation, Quantity::Angle, radar},
+    {"azimuth", Field::Azimuth, Quantity::Angle, radar | angles},
+    {"elevation", Field::Elevation, Quantity::Angle, radar | angles},
     {"range_rate", Field::RangeRate, Quantity::Speed, radar},
     {"snr", Field::Snr, Quantity::Number, radar},
     {"x", Field::X, Quantity::Length, gps | truth},
@@ -80,6 +81,13 @@ constexpr FieldInfo fields[] = {
     {"satellites", Field::Satellites, Quantity::Number, gps},
 };
 static_assert(std::size(fields) == field_count);
+
+struct KindInfo {
+  std::string_view name;
+  FileKind kind;
+};
+constexpr KindInfo kinds[] = {
+    {"radar", FileKind::Radar}, {"angles", FileKind::Angles}, {"gps", FileKind::Gps}, {"truth", FileKind::Truth}};
 
 unsigned mask(FileKind kind) { return 1U << static_cast<unsigned>(kind); }
 
@@ -236,6 +244,12 @@ void check_fields(Section& section, const FileMapping& file) {
     }
     return;
   }
+  if (file.kind == FileKind::Angles) {
+    if (!has_group(section, file, {Field::Azimuth, Field::Elevation}, "azimuth, elevation")) {
+      section.fail("columns", "an angles file needs azimuth and elevation");
+    }
+    return;
+  }
   const bool ecef = has_group(section, file, {Field::X, Field::Y, Field::Z}, "x, y, z");
   const bool geodetic =
       has_group(section, file, {Field::Latitude, Field::Longitude, Field::Height}, "latitude, longitude, height");
@@ -251,12 +265,13 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
   FileMapping file;
   file.path = (folder / section.required_text("path", "the CSV file")).lexically_normal();
 
-  const std::string kind = section.required_text("kind", "radar, gps or truth");
-  if (kind != "radar" && kind != "gps" && kind != "truth") {
-    section.fail("kind", "'" + kind + "'; allowed: radar, gps, truth");
-  }
-  file.kind = kind == "radar" ? FileKind::Radar : kind == "gps" ? FileKind::Gps : FileKind::Truth;
+  const std::string kind = section.required_text("kind", "radar, angles, gps or truth");
+  const auto* known =
+      std::find_if(std::begin(kinds), std::end(kinds), [&](const KindInfo& k) { return k.name == kind; });
+  if (known == std::end(kinds)) section.fail("kind", "'" + kind + "'; allowed: radar, angles, gps, truth");
+  file.kind = known->kind;
   if (file.kind == FileKind::Radar) file.source = section.required_name("sensor", "the radar's name");
+  if (file.kind == FileKind::Angles) file.source = section.required_name("sensor", "the tracker's name");
   if (file.kind == FileKind::Gps) {
     file.source = section.required_name("station", "the telemetry station's name");
     file.receiver = section.name("receiver").value_or(Name());

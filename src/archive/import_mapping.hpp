@@ -8,9 +8,9 @@
 ///
 ///     [[file]]
 ///     path = "radar.csv"
-///     kind = "radar"                     # radar, gps, truth
-///     sensor = "cape"                    # radar; a gps file has station, and receiver where the vehicle has several
-///     latency_s = 0.2                    # where no column says when a row was received
+///     kind = "radar"                     # radar, angles, gps, truth
+///     sensor = "cape"                    # radar or angles-only tracker; a gps file has station, and receiver where
+///     the vehicle has several latency_s = 0.2                    # where no column says when a row was received
 ///     delimiter = ","
 ///     [file.columns]                     # every column of the file
 ///     time_s = {field = "epoch", unit = "s", since = "liftoff"}   # or since = "unix"
@@ -34,7 +34,7 @@ class ImportError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum class FileKind : std::uint8_t { Radar, Gps, Truth };
+enum class FileKind : std::uint8_t { Radar, Gps, Truth, Angles };
 
 /// What a column can mean. SI and radians; times from their reference.
 enum class Field : std::uint8_t {
@@ -75,7 +75,7 @@ struct ColumnMapping {
 struct FileMapping {
   std::filesystem::path path;
   FileKind kind = FileKind::Radar;
-  Name source;  ///< radar, or telemetry station
+  Name source;  ///< radar, angles-only tracker, or telemetry station
   Name receiver;
   Name target;
   std::optional<Duration> latency;  ///< received = epoch + latency, never decreasing; nothing: a column says

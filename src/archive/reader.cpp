@@ -22,6 +22,7 @@ Role usual_role(RecordKind kind) {
   switch (kind) {
     case RecordKind::RadarTspi:
     case RecordKind::GpsFix:
+    case RecordKind::AngleTspi:
     case RecordKind::MissionEvent:
       return Role::Input;
     case RecordKind::LastTick:
@@ -62,6 +63,8 @@ class Reader::Decoder {
         return decode(radar_, raw);
       case RecordKind::GpsFix:
         return decode(gps_, raw);
+      case RecordKind::AngleTspi:
+        return decode(angles_, raw);
       case RecordKind::MissionEvent:
         return decode(mission_, raw);
       case RecordKind::Observation:
@@ -89,6 +92,7 @@ class Reader::Decoder {
   // Parsed into again and again, so that their strings and arrays keep their memory.
   record::RadarTspi radar_;
   record::GpsFix gps_;
+  record::AngleTspi angles_;
   record::MissionEvent mission_;
   record::Observation observation_;
   record::SensorBias bias_;

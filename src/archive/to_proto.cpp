@@ -102,6 +102,18 @@ void to_proto(const GpsFix& in, record::GpsFix& out) {
   out.set_simulated(in.simulated);
 }
 
+void to_proto(const AngleTspi& in, record::AngleTspi& out) {
+  put(in.sensor, out.mutable_sensor());
+  put(in.target, out.mutable_target());
+  out.set_sequence(in.sequence);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_azimuth_rad(in.azimuth_rad);
+  out.set_elevation_rad(in.elevation_rad);
+  out.set_mode(wire<record::TrackMode>(in.mode));
+  out.set_simulated(in.simulated);
+}
+
 void to_proto(const MissionEvent& in, record::MissionEvent& out) {
   put(in.mission, out.mutable_mission());
   put(in.label, out.mutable_label());

@@ -26,6 +26,7 @@ Stamp stamp(const T& record) {
 const Channel& input_channel(const MissionEvent&) { return mission_channel; }
 const Channel& input_channel(const RadarTspi&) { return radar_channel; }
 const Channel& input_channel(const GpsFix&) { return gps_channel; }
+const Channel& input_channel(const AngleTspi&) { return angles_channel; }
 const Channel& input_channel(const Observation&) { return observation_in_channel; }
 
 const Channel& output_channel(const Observation&) { return observation_out_channel; }
@@ -38,6 +39,7 @@ const Channel& output_channel(const SourceHealth&) { return health_channel; }
 struct Messages {
   record::RadarTspi radar;
   record::GpsFix gps;
+  record::AngleTspi angles;
   record::MissionEvent mission;
   record::Observation observation;
   record::SensorBias bias;
@@ -49,6 +51,7 @@ struct Messages {
 
   record::RadarTspi& of(const RadarTspi&) { return radar; }
   record::GpsFix& of(const GpsFix&) { return gps; }
+  record::AngleTspi& of(const AngleTspi&) { return angles; }
   record::MissionEvent& of(const MissionEvent&) { return mission; }
   record::Observation& of(const Observation&) { return observation; }
   record::SensorBias& of(const SensorBias&) { return bias; }

@@ -10,8 +10,8 @@
 namespace downrange::config {
 namespace {
 
-/// Bit i of Trajectory::sources is the i-th radar.
-constexpr std::size_t max_radars = 64;
+/// Bits of Trajectory::sources: radars, then angles-only trackers.
+constexpr std::size_t max_sensors = 64;
 
 /// Reports at the line of a key, or of the nearest table above it that the file has.
 class Checker {
@@ -63,14 +63,18 @@ void unique_ids(Unique& unique, const List& list, const char* table) {
 
 void check_identifiers(const RangeConfig& range, const Checker& check) {
   Unique targets(check);
-  Unique sensors(check);  // radars and stations share sensor_id of downrange/observation
+  Unique sensors(check);  // radars, trackers and stations share sensor_id of downrange/observation
   Unique antennas(check);
   unique_ids(targets, range.targets, "target");
   unique_ids(sensors, range.radars, "radar");
+  unique_ids(sensors, range.angle_sensors, "angle_sensor");
   unique_ids(sensors, range.telemetry, "telemetry");
   unique_ids(antennas, range.antennas, "antenna");
-  check.require(range.radars.size() <= max_radars, "radar",
+  check.require(range.radars.size() <= max_sensors, "radar",
                 "found " + std::to_string(range.radars.size()) + " radars, allowed: 1 to 64");
+  const std::size_t sensors_in_all = range.radars.size() + range.angle_sensors.size();
+  check.require(range.radars.size() > max_sensors || sensors_in_all <= max_sensors, "angle_sensor",
+                "found " + std::to_string(sensors_in_all) + " radars and angle sensors, allowed: at most 64 together");
 }
 
 /// `low` < `high`, in the same unit.
@@ -93,6 +97,11 @@ void check_instruments(const RangeConfig& range, const Checker& check) {
           std::ranges::find(modelled, term) != modelled.end(), entry("radar", i, "calibration"),
           "found a calibration of " + std::string(to_string(term)) + ", allowed: terms of the blocks in bias_blocks");
     }
+  }
+  for (std::size_t i = 0; i < range.angle_sensors.size(); ++i) {
+    const AngleSensorConfig& s = range.angle_sensors[i];
+    ordered(check, s.elevation_min_rad, s.elevation_max_rad, entry("angle_sensor", i, "elevation_max_deg"),
+            "elevation_min_deg");
   }
   for (std::size_t i = 0; i < range.antennas.size(); ++i) {
     const AntennaConfig& a = range.antennas[i];
@@ -144,6 +153,7 @@ void check_node(const ServiceConfig& config, const Checker& check) {
       R"(allowed: align and fuse together, slave only with them, e.g. ["ingest"] or ["align", "fuse", "slave"])");
   std::set<Name> sensors;
   for (const RadarConfig& radar : config.range.radars) sensors.insert(radar.id);
+  for (const AngleSensorConfig& sensor : config.range.angle_sensors) sensors.insert(sensor.id);
   for (const TelemetryConfig& station : config.range.telemetry) sensors.insert(station.id);
   const std::vector<std::string> known = [&] {
     std::vector<std::string> texts;
@@ -154,7 +164,8 @@ void check_node(const ServiceConfig& config, const Checker& check) {
   for (const Name& source : config.node.sources) {
     const std::string name(source.view());
     check.require(sensors.contains(source), "node.sources",
-                  "found \"" + name + "\", allowed: ids of [[radar]] and [[telemetry]]" + suggestion(name, known));
+                  "found \"" + name + "\", allowed: ids of [[radar]], [[angle_sensor]] and [[telemetry]]" +
+                      suggestion(name, known));
   }
   check.require(!config.archive.enabled || !config.archive.directory.empty(), "archive.directory",
                 "missing, required where archive.enabled is true");

@@ -120,6 +120,23 @@ std::string methods_help() {
          show_texts({method_names().begin(), method_names().end()});
 }
 
+/// What radars and angles-only trackers have in common beside their noise.
+template <class S>
+std::vector<Key<S>> pointing_keys() {
+  return {
+      flag("azimuth_sigma_on_sky", at(&S::azimuth_sigma_on_sky), optional,
+           "true: sigma_azimuth_deg is on the sky, the axis's own noise is that over cos(elevation)"),
+      number("angle_inflation", at(&S::angle_inflation), {1, 1000}, optional,
+             "factor on the angle variances, for slow pointing errors"),
+      number("rate_hz", at(&S::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),
+      number("elevation_min_deg", at(&S::elevation_min_rad), {-90, 90}, optional, "plots lower than this are rejected"),
+      number("elevation_max_deg", at(&S::elevation_max_rad), {-90, 90}, optional,
+             "plots higher than this are rejected"),
+      number("refractivity_n", at(&S::refractivity), {0, 500}, optional,
+             "refractivity of the air at the site; 0: plots are free of refraction, or corrected already"),
+  };
+}
+
 template <class S>
 std::vector<Key<S>> with_site(std::vector<Key<S>> first, std::vector<Key<S>> rest) {
   first.push_back(number("latitude_deg", at(&S::site, &Geodetic::latitude_rad), {-90, 90}, required,
@@ -163,23 +180,33 @@ Section radar_section() {
              "instrument noise in azimuth, 1-sigma"),
       number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, required,
              "instrument noise in elevation, 1-sigma"),
-      flag("azimuth_sigma_on_sky", at(&R::azimuth_sigma_on_sky), optional,
-           "true: sigma_azimuth_deg is on the sky, the axis's own noise is that over cos(elevation)"),
-      number("angle_inflation", at(&R::angle_inflation), {1, 1000}, optional,
-             "factor on the angle variances, for slow pointing errors"),
-      number("rate_hz", at(&R::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),
       number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
       number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
-      number("elevation_min_deg", at(&R::elevation_min_rad), {-90, 90}, optional, "plots lower than this are rejected"),
-      number("elevation_max_deg", at(&R::elevation_max_rad), {-90, 90}, optional,
-             "plots higher than this are rejected"),
-      number("refractivity_n", at(&R::refractivity), {0, 500}, optional,
-             "refractivity of the air at the site; 0: plots are free of refraction, or corrected already"),
   };
+  std::ranges::copy(pointing_keys<R>(), std::back_inserter(keys));
   std::ranges::copy(bias_keys(), std::back_inserter(keys));
   return many<R>(
       "radar", 1, "A tracking radar.", [](ServiceConfig& c) -> std::vector<R>& { return c.range.radars; },
       with_site<R>({id("id", at(&R::id), required, "sensor_id on the topics")}, std::move(keys)));
+}
+
+Section angle_sensor_section() {
+  using A = AngleSensorConfig;
+  std::vector<Key<A>> keys{
+      number("sigma_azimuth_deg", at(&A::sigma_azimuth_rad), {1e-6, 20}, required,
+             "instrument noise in azimuth, 1-sigma"),
+      number("sigma_elevation_deg", at(&A::sigma_elevation_rad), {1e-6, 20}, required,
+             "instrument noise in elevation, 1-sigma"),
+  };
+  std::ranges::copy(pointing_keys<A>(), std::back_inserter(keys));
+  keys.push_back(number("bias_prior_angle_deg", at(&A::bias_prior_rad), {1e-9, 20}, optional,
+                        "offsets of azimuth and elevation: 1-sigma before any data"));
+  keys.push_back(number("bias_drift_angle_deg_sqrt_s", at(&A::bias_drift_rad_sqrt_s), {0, 20}, optional,
+                        "offsets of azimuth and elevation: random walk"));
+  return many<A>(
+      "angle_sensor", 0, "A telemetry antenna or optical tracker that tells the direction it follows (joint).",
+      [](ServiceConfig& c) -> std::vector<A>& { return c.range.angle_sensors; },
+      with_site<A>({id("id", at(&A::id), required, "sensor_id on the topics")}, std::move(keys)));
 }
 
 Section telemetry_section() {
@@ -355,7 +382,7 @@ Section node_section() {
           integer("strength", at(&N::strength), {0, 1'000'000}, optional,
                   "ownership strength of the outputs: consumers hear the strongest node alive"),
           stages_key(),
-          ids("sources", at(&N::sources), optional, "radars and stations that ingest takes here; empty: all"),
+          ids("sources", at(&N::sources), optional, "radars, trackers and stations that ingest takes here; empty: all"),
           integer("queue", at(&N::queue), {16, 100'000}, optional,
                   "inputs of one source that may wait; more push out its oldest"),
       });
@@ -413,9 +440,10 @@ Section log_section() {
 
 const std::vector<Section>& schema() {
   static const std::vector<Section> sections{
-      range_section(), target_section(), radar_section(), telemetry_section(), antenna_section(),
-      gps_section(),   ingest_section(), align_section(), fuse_section(),      slave_section(),
-      clock_section(), node_section(),   dds_section(),   archive_section(),   log_section()};
+      range_section(),     target_section(),  radar_section(),   angle_sensor_section(),
+      telemetry_section(), antenna_section(), gps_section(),     ingest_section(),
+      align_section(),     fuse_section(),    slave_section(),   clock_section(),
+      node_section(),      dds_section(),     archive_section(), log_section()};
   return sections;
 }
 

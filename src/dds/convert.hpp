@@ -21,6 +21,7 @@ void to_wire(const RangeStamp& from, wire::RangeStamp& to);
 [[nodiscard]] RangeStamp from_wire(const wire::RangeStamp& from);
 
 void to_wire(const RadarTspi& from, wire::RadarTspi& to);
+void to_wire(const AngleTspi& from, wire::AngleTspi& to);
 void to_wire(const GpsFix& from, wire::GpsFix& to);
 void to_wire(const MissionEvent& from, wire::MissionEvent& to);
 void to_wire(const Observation& from, wire::Observation& to);
@@ -31,6 +32,7 @@ void to_wire(const SourceHealth& from, wire::SourceHealth& to);
 void to_wire(const ServiceStatus& from, wire::ServiceStatus& to);
 
 [[nodiscard]] Defect from_wire(const wire::RadarTspi& from, RadarTspi& to);
+[[nodiscard]] Defect from_wire(const wire::AngleTspi& from, AngleTspi& to);
 [[nodiscard]] Defect from_wire(const wire::GpsFix& from, GpsFix& to);
 [[nodiscard]] Defect from_wire(const wire::MissionEvent& from, MissionEvent& to);
 [[nodiscard]] Defect from_wire(const wire::Observation& from, Observation& to);

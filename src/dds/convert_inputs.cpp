@@ -7,7 +7,7 @@ namespace downrange::dds {
 static_assert(int(TrackMode::Coast) == int(wire::TRACK_MODE_COAST));
 static_assert(int(FixType::Differential) == int(wire::FIX_TYPE_DIFFERENTIAL));
 static_assert(int(MissionEventKind::Mark) == int(wire::MISSION_MARK));
-static_assert(int(ObservationKind::Gps) == int(wire::OBSERVATION_GPS));
+static_assert(int(ObservationKind::Angles) == int(wire::OBSERVATION_ANGLES));
 static_assert(int(Reason::Frozen) == int(wire::REASON_FROZEN) && reason_count == int(wire::REASON_FROZEN) + 1);
 
 void to_wire(const RangeStamp& from, wire::RangeStamp& to) {
@@ -43,6 +43,30 @@ Defect from_wire(const wire::RadarTspi& from, RadarTspi& to) {
   to.range_rate_valid = from.range_rate_valid();
   check.enumerator("mode", from.mode(), TrackMode::Coast, to.mode);
   to.snr_db = from.snr_db();
+  to.simulated = from.simulated();
+  return check.defect();
+}
+
+void to_wire(const AngleTspi& from, wire::AngleTspi& to) {
+  to.sensor_id() = from.sensor.c_str();
+  to.target_id() = from.target.c_str();
+  to.sequence_number(from.sequence);
+  to.epoch_ns(from.epoch.ns);
+  to.azimuth_rad(from.azimuth_rad);
+  to.elevation_rad(from.elevation_rad);
+  to.mode(same_number<wire::TrackMode>(from.mode));
+  to.simulated(from.simulated);
+}
+
+Defect from_wire(const wire::AngleTspi& from, AngleTspi& to) {
+  Check check;
+  check.text("sensor_id", from.sensor_id().c_str(), to.sensor);
+  check.text("target_id", from.target_id().c_str(), to.target);
+  to.sequence = from.sequence_number();
+  to.epoch.ns = from.epoch_ns();
+  to.azimuth_rad = from.azimuth_rad();
+  to.elevation_rad = from.elevation_rad();
+  check.enumerator("mode", from.mode(), TrackMode::Coast, to.mode);
   to.simulated = from.simulated();
   return check.defect();
 }
@@ -130,7 +154,7 @@ Defect from_wire(const wire::Observation& from, Observation& to) {
   check.text("sensor_id", from.sensor_id().c_str(), to.sensor);
   check.text("target_id", from.target_id().c_str(), to.target);
   check.text("receiver_id", from.receiver_id().c_str(), to.receiver);
-  check.enumerator("kind", from.kind(), ObservationKind::Gps, to.kind);
+  check.enumerator("kind", from.kind(), ObservationKind::Angles, to.kind);
   check.enumerator("verdict", from.verdict(), Reason::Frozen, to.verdict);
   to.sequence = from.sequence_number();
   to.step = from.step();

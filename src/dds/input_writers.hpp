@@ -2,6 +2,7 @@
 /// Inside src/dds: the writers of the inputs, whose readers the range clock driver must know.
 
 #include "dds/entities.hpp"
+#include "dds/input_topic.hpp"
 #include "dds/inputs.hpp"
 
 namespace downrange::dds {
@@ -12,14 +13,18 @@ class InputWriters::Impl {
 
   [[nodiscard]] bool write(const Event& event, const RangeStamp& stamp);
 
+  [[nodiscard]] const Peers& readers(InputTopic topic) const;
+
   Tally<WriteCounts> tally;
-  TopicWriter<wire::MissionEventPubSubType> mission;
-  TopicWriter<wire::RadarTspiPubSubType> radar;
-  TopicWriter<wire::GpsFixPubSubType> gps;
 
  private:
+  TopicWriter<wire::MissionEventPubSubType> mission_;
+  TopicWriter<wire::RadarTspiPubSubType> radar_;
+  TopicWriter<wire::AngleTspiPubSubType> angles_;
+  TopicWriter<wire::GpsFixPubSubType> gps_;
   wire::MissionEvent mission_sample_;
   wire::RadarTspi radar_sample_;
+  wire::AngleTspi angles_sample_;
   wire::GpsFix gps_sample_;
 };
 

@@ -30,6 +30,8 @@ class InputReader::Impl {
     if (selection.sensors) {
       radar_.emplace(participant, topics::radar_tspi, tally_,
                      [this](const auto& wire, const auto&) { return take<RadarTspi>(wire); });
+      angles_.emplace(participant, topics::angles, tally_,
+                      [this](const auto& wire, const auto&) { return take<AngleTspi>(wire); });
       gps_.emplace(participant, topics::gps, tally_,
                    [this](const auto& wire, const auto&) { return take<GpsFix>(wire); });
     }
@@ -43,7 +45,7 @@ class InputReader::Impl {
 
   [[nodiscard]] bool matched(int writers) const {
     const auto met = [writers](const auto& reader) { return !reader || reader->writers().count() >= writers; };
-    return met(mission_) && met(radar_) && met(gps_) && met(observation_);
+    return met(mission_) && met(radar_) && met(angles_) && met(gps_) && met(observation_);
   }
 
  private:
@@ -77,6 +79,7 @@ class InputReader::Impl {
   Tally<ReadCounts> tally_;
   std::optional<TopicReader<wire::MissionEventPubSubType>> mission_;
   std::optional<TopicReader<wire::RadarTspiPubSubType>> radar_;
+  std::optional<TopicReader<wire::AngleTspiPubSubType>> angles_;
   std::optional<TopicReader<wire::GpsFixPubSubType>> gps_;
   std::optional<TopicReader<wire::ObservationPubSubType>> observation_;
 };
@@ -92,9 +95,24 @@ bool InputReader::wait_for_matched(int writers, std::chrono::milliseconds timeou
 }
 
 InputWriters::Impl::Impl(Participant& participant)
-    : mission(participant, topics::mission, tally),
-      radar(participant, topics::radar_tspi, tally),
-      gps(participant, topics::gps, tally) {}
+    : mission_(participant, topics::mission, tally),
+      radar_(participant, topics::radar_tspi, tally),
+      angles_(participant, topics::angles, tally),
+      gps_(participant, topics::gps, tally) {}
+
+const Peers& InputWriters::Impl::readers(InputTopic topic) const {
+  switch (topic) {
+    case InputTopic::Mission:
+      return mission_.readers();
+    case InputTopic::RadarTspi:
+      return radar_.readers();
+    case InputTopic::Gps:
+      return gps_.readers();
+    case InputTopic::Angles:
+      break;
+  }
+  return angles_.readers();
+}
 
 bool InputWriters::Impl::write(const Event& event, const RangeStamp& stamp) {
   const auto send = [&stamp](const auto& input, auto& sample, auto& writer) {
@@ -102,9 +120,10 @@ bool InputWriters::Impl::write(const Event& event, const RangeStamp& stamp) {
     to_wire(stamp, sample.stamp());
     return writer.write(sample);
   };
-  if (const auto* plot = std::get_if<RadarTspi>(&event)) return send(*plot, radar_sample_, radar);
-  if (const auto* fix = std::get_if<GpsFix>(&event)) return send(*fix, gps_sample_, gps);
-  if (const auto* mark = std::get_if<MissionEvent>(&event)) return send(*mark, mission_sample_, mission);
+  if (const auto* plot = std::get_if<RadarTspi>(&event)) return send(*plot, radar_sample_, radar_);
+  if (const auto* angles = std::get_if<AngleTspi>(&event)) return send(*angles, angles_sample_, angles_);
+  if (const auto* fix = std::get_if<GpsFix>(&event)) return send(*fix, gps_sample_, gps_);
+  if (const auto* mark = std::get_if<MissionEvent>(&event)) return send(*mark, mission_sample_, mission_);
   return false;
 }
 
@@ -116,8 +135,8 @@ WriteCounts InputWriters::counts() const { return impl_->tally.get(); }
 
 bool InputWriters::wait_for_matched(int readers, std::chrono::milliseconds timeout) const {
   return wait_until(timeout, [&] {
-    return impl_->mission.readers().count() >= readers && impl_->radar.readers().count() >= readers &&
-           impl_->gps.readers().count() >= readers;
+    return std::ranges::all_of(input_topics,
+                               [&](InputTopic topic) { return impl_->readers(topic).count() >= readers; });
   });
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Events over DDS: radar plots, GPS fixes, mission events, and observations made by another node.
+/// Events over DDS: radar plots, angles, GPS fixes, mission events, and observations made by another node.
 
 #include <chrono>
 #include <cstdint>
@@ -22,7 +22,7 @@ struct RangeStamp {
 };
 
 struct InputSelection {
-  bool sensors = true;  ///< range/radar_tspi and range/gps
+  bool sensors = true;  ///< range/radar_tspi, range/angles and range/gps
   bool mission = true;  ///< range/mission
   /// Ingest nodes whose observations are taken. Empty: downrange/observation is not read.
   std::vector<Name> ingest_nodes;

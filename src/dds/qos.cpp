@@ -10,9 +10,10 @@ namespace {
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::c_TimeInfinite;
 
-constexpr std::array<const char*, 12> topic_names{
-    topics::radar_tspi,  topics::gps,  topics::mission,    topics::clock,   topics::clock_ack, topics::ingest_progress,
-    topics::observation, topics::bias, topics::trajectory, topics::slaving, topics::health,    topics::status};
+constexpr std::array<const char*, 13> topic_names{
+    topics::radar_tspi, topics::angles,          topics::gps,         topics::mission, topics::clock,
+    topics::clock_ack,  topics::ingest_progress, topics::observation, topics::bias,    topics::trajectory,
+    topics::slaving,    topics::health,          topics::status};
 
 /// A writer waits this long for slow readers before its write fails.
 const eprosima::fastrtps::Duration_t range_blocking_time{10, 0};

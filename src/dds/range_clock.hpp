@@ -70,7 +70,7 @@ struct RangeStep {
 };
 
 struct FollowerOptions {
-  bool sensors = true;             ///< consume range/radar_tspi and range/gps
+  bool sensors = true;             ///< consume range/radar_tspi, range/angles and range/gps
   std::vector<Name> ingest_nodes;  ///< consume these nodes' observations: a step closes when each has reported it
   std::chrono::milliseconds timeout{5'000};  ///< for the samples of a step that the clock has announced
 };

@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-#include "dds/convert.hpp"
+#include "dds/convert_field.hpp"
 #include "dds/entities.hpp"
 #include "dds/input_writers.hpp"
 #include "dds/range_clock.hpp"
@@ -17,14 +17,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t max_sources = 256;  ///< bound of RangeClock.counts
-
-/// Which stream an event belongs to: its topic and its source.
-std::pair<wire::InputTopic, Name> stream_of(const Event& event) {
-  if (const auto* plot = std::get_if<RadarTspi>(&event)) return {wire::INPUT_RADAR_TSPI, plot->sensor};
-  if (const auto* fix = std::get_if<GpsFix>(&event)) return {wire::INPUT_GPS, fix->station};
-  if (const auto* mark = std::get_if<MissionEvent>(&event)) return {wire::INPUT_MISSION, mark->mission};
-  throw LockstepError("an observation cannot be driven: it is made by an ingest node");
-}
 
 std::uint64_t new_run_id() {
   std::random_device random;
@@ -114,14 +106,11 @@ class RangeClockDriver::Impl {
   }
 
   [[nodiscard]] bool ready_locked(const Node& node) const {
-    const auto met = [&](unsigned bit, const Peers& readers) {
-      return (node.topics & bit) == 0 || readers.has(node.participant);
+    const auto met = [&](InputTopic topic) {
+      return (node.topics & bit_of(topic)) == 0 || inputs_.readers(topic).has(node.participant);
     };
-    const InputWriters::Impl& inputs = inputs_;
     return node.heard && node.topics != 0 && clock_.readers().has(node.participant) &&
-           met(1U << wire::INPUT_MISSION, inputs.mission.readers()) &&
-           met(1U << wire::INPUT_RADAR_TSPI, inputs.radar.readers()) &&
-           met(1U << wire::INPUT_GPS, inputs.gps.readers());
+           std::ranges::all_of(input_topics, met);
   }
 
   /// The nodes that are not ready, as text.
@@ -176,12 +165,13 @@ class RangeClockDriver::Impl {
 
   void write(const Event& event) {
     const auto stream = stream_of(event);
-    const auto [found, added] = streams_.try_emplace(stream, sample_.counts().size());
+    if (!stream) throw LockstepError("an observation cannot be driven: it is made by an ingest node");
+    const auto [found, added] = streams_.try_emplace(*stream, sample_.counts().size());
     if (added) {
       if (sample_.counts().size() == max_sources) throw LockstepError("more than 256 sources in one run");
       sample_.counts().emplace_back();
-      sample_.counts().back().topic(stream.first);
-      sample_.counts().back().source_id() = stream.second.c_str();
+      sample_.counts().back().topic(same_number<wire::InputTopic>(stream->first));
+      sample_.counts().back().source_id() = stream->second.c_str();
     }
     wire::SourceCount& count = sample_.counts()[found->second];
     count.last_sequence_number(count.last_sequence_number() + 1);
@@ -198,7 +188,7 @@ class RangeClockDriver::Impl {
   const DriverOptions options_;
   const std::uint64_t run_id_;
   wire::RangeClock sample_;  ///< newest step written; its counts are the samples written so far
-  std::map<std::pair<wire::InputTopic, Name>, std::size_t> streams_;  ///< place in sample_.counts()
+  std::map<std::pair<InputTopic, Name>, std::size_t> streams_;  ///< place in sample_.counts()
 
   mutable std::mutex mutex_;  ///< of nodes_
   std::condition_variable changed_;

@@ -104,7 +104,7 @@ class RangeClockFollower::Impl {
     AnnouncedStep announced{{sample.time_ns()}, sample.end(), {}};
     for (const wire::SourceCount& count : sample.counts()) {
       const std::optional<Name> source = Name::parse(count.source_id().c_str());
-      if (static_cast<std::uint32_t>(count.topic()) >= input_topic_count || !source) return "names an unknown source";
+      if (static_cast<std::uint32_t>(count.topic()) >= input_topics.size() || !source) return "names an unknown source";
       announced.last_sequence[{static_cast<InputTopic>(static_cast<std::uint32_t>(count.topic())), *source}] =
           count.last_sequence_number();
     }
@@ -224,8 +224,9 @@ class RangeClockFollower::Impl {
   }
 
   void write_ack(const RangeStep& step, const std::string& failure) {
-    constexpr unsigned mission_bit = 1U << wire::INPUT_MISSION;
-    constexpr unsigned sensor_bits = 1U << wire::INPUT_RADAR_TSPI | 1U << wire::INPUT_GPS;
+    constexpr unsigned mission_bit = bit_of(InputTopic::Mission);
+    constexpr unsigned sensor_bits =
+        bit_of(InputTopic::RadarTspi) | bit_of(InputTopic::Gps) | bit_of(InputTopic::Angles);
     wire::ClockAck ack;
     ack.node_id() = node_.c_str();
     ack.run_id(step.run_id);

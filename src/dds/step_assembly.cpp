@@ -1,21 +1,12 @@
 #include "dds/step_assembly.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "dds/topics.hpp"
 
 namespace downrange::dds {
 namespace {
-
-constexpr std::array<const char*, input_topic_count> topic_names{topics::mission, topics::radar_tspi, topics::gps};
-
-std::pair<InputTopic, Name> stream_of(const Event& event) {
-  if (const auto* plot = std::get_if<RadarTspi>(&event)) return {InputTopic::RadarTspi, plot->sensor};
-  if (const auto* fix = std::get_if<GpsFix>(&event)) return {InputTopic::Gps, fix->station};
-  return {InputTopic::Mission, std::get<MissionEvent>(event).mission};
-}
 
 std::string counts_text(std::uint64_t expected, std::uint64_t received) {
   return ": expected " + std::to_string(expected) + ", received " + std::to_string(received);
@@ -33,11 +24,11 @@ void StepAssembly::announce(std::uint64_t step, AnnouncedStep announced) {
 }
 
 void StepAssembly::add(const Event& event, std::uint64_t sequence, const Name& node) {
-  if (std::holds_alternative<Observation>(event)) {
+  if (const auto stream = stream_of(event)) {
+    streams_[*stream].waiting.emplace(sequence, event);
+  } else {
     const auto found = ingest_nodes_.find(node);
     if (found != ingest_nodes_.end()) found->second.observations.waiting.emplace(sequence, event);
-  } else {
-    streams_[stream_of(event)].waiting.emplace(sequence, event);
   }
 }
 
@@ -71,8 +62,8 @@ std::optional<std::string> StepAssembly::missing() const {
     const auto stream = streams_.find(source);
     const std::uint64_t received = stream == streams_.end() ? 0 : stream->second.received(expected);
     if (received < expected) {
-      return std::string("topic ") + topic_names[static_cast<std::size_t>(source.first)] + ", source " +
-             std::string(source.second.view()) + counts_text(expected, received);
+      return std::string("topic ") + name_of(source.first) + ", source " + std::string(source.second.view()) +
+             counts_text(expected, received);
     }
   }
   for (const auto& [name, node] : ingest_nodes_) {

@@ -8,14 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "dds/input_topic.hpp"
 #include "dds/inputs.hpp"
 #include "dds/range_clock.hpp"
 
 namespace downrange::dds {
-
-/// As wire::InputTopic.
-enum class InputTopic : std::uint8_t { Mission, RadarTspi, Gps };
-inline constexpr std::size_t input_topic_count = 3;
 
 /// One step as the range clock announced it.
 struct AnnouncedStep {
@@ -27,7 +24,7 @@ struct AnnouncedStep {
 /// Samples of one run, in whatever order the topics deliver them.
 class StepAssembly {
  public:
-  /// `sensors`: radar plots and GPS fixes are awaited; `ingest_nodes`: the observations of these are.
+  /// `sensors`: radar plots, angles and GPS fixes are awaited; `ingest_nodes`: the observations of these are.
   StepAssembly(std::uint64_t run_id, bool sensors, const std::vector<Name>& ingest_nodes);
 
   void announce(std::uint64_t step, AnnouncedStep announced);

@@ -4,6 +4,7 @@
 namespace downrange::dds::topics {
 
 inline constexpr const char* radar_tspi = "range/radar_tspi";
+inline constexpr const char* angles = "range/angles";
 inline constexpr const char* gps = "range/gps";
 inline constexpr const char* mission = "range/mission";
 inline constexpr const char* clock = "range/clock";

@@ -1,5 +1,6 @@
 #include "sim/scenario.hpp"
 
+#include <limits>
 #include <numbers>
 #include <tuple>
 
@@ -48,12 +49,13 @@ std::pair<double, double> read_delay(TomlSection& toml, std::string_view mean, s
   return {mean_ms / 1000, jitter_ms / 1000};
 }
 
-RadarBias read_bias(TomlSection& radar, std::string_view key, const Limits& limits) {
+/// Systematic errors: of all three coordinates, or (`ranging` false) of the angles alone.
+RadarBias read_bias(TomlSection& radar, std::string_view key, const Limits& limits, bool ranging) {
   RadarBias bias;
   TomlSection toml = radar.section(key);
-  bias.offset = {toml.number("range_m", limits, 0), toml.number("azimuth_deg", limits, 0) * deg,
+  bias.offset = {ranging ? toml.number("range_m", limits, 0) : 0, toml.number("azimuth_deg", limits, 0) * deg,
                  toml.number("elevation_deg", limits, 0) * deg};
-  bias.scale = {toml.number("range_scale", limits, 0), toml.number("azimuth_scale", limits, 0),
+  bias.scale = {ranging ? toml.number("range_scale", limits, 0) : 0, toml.number("azimuth_scale", limits, 0),
                 toml.number("elevation_scale", limits, 0)};
   bias.sez_offset_m = {toml.number("south_m", limits, 0), toml.number("east_m", limits, 0),
                        toml.number("zenith_m", limits, 0)};
@@ -64,32 +66,53 @@ RadarBias read_bias(TomlSection& radar, std::string_view key, const Limits& limi
   return bias;
 }
 
-RadarScenario read_radar(TomlSection toml, const RangeConfig& range, const Scenario& scenario) {
-  const RadarConfig& known = find_by_id(toml, "id", range.radars, "radar");
+/// What a tracker has of a radar.
+RadarConfig radar_without_range(const AngleSensorConfig& sensor) {
+  RadarConfig radar;
+  radar.id = sensor.id;
+  radar.site = sensor.site;
+  radar.sigma = {.azimuth_rad = sensor.sigma_azimuth_rad, .elevation_rad = sensor.sigma_elevation_rad};
+  radar.rate_hz = sensor.rate_hz;
+  radar.range_max_m = std::numeric_limits<double>::infinity();
+  radar.elevation_min_rad = sensor.elevation_min_rad;
+  return radar;
+}
+
+/// `ranging`: false for an angles-only tracker, whose table has no keys of range.
+RadarScenario read_sensor(TomlSection& toml, const RadarConfig& known, const Scenario& scenario, bool ranging) {
   RadarScenario radar;
   radar.id = known.id;
   radar.site = known.site;
-  radar.sigma = {toml.number("sigma_range_m", from_zero, known.sigma.range_m),
+  radar.sigma = {ranging ? toml.number("sigma_range_m", from_zero, known.sigma.range_m) : 0,
                  toml.number("sigma_azimuth_deg", from_zero, known.sigma.azimuth_rad / deg) * deg,
                  toml.number("sigma_elevation_deg", from_zero, known.sigma.elevation_rad / deg) * deg};
   radar.rate_hz = toml.number("rate_hz", rate, known.rate_hz);
   radar.phase_s = toml.number("phase_ms", {0, 1000 / radar.rate_hz}, 0) / 1000;
   radar.track = read_window(toml, "track_from_s", "track_to_s", {scenario.start_s, scenario.end_s});
-  radar.range_max_m = toml.number("range_max_m", from_zero, known.range_max_m);
+  radar.range_max_m = ranging ? toml.number("range_max_m", from_zero, known.range_max_m) : known.range_max_m;
   radar.elevation_min_rad = toml.number("elevation_min_deg", {-90, 90}, known.elevation_min_rad / deg) * deg;
   radar.refractivity = toml.number("refractivity_n", {0, 500}, 0);
   radar.dropout_probability = toml.number("dropout_probability", probability, 0);
   radar.outages = toml.windows("outages_s");
   radar.outlier_probability = toml.number("outlier_probability", probability, 0);
-  radar.outlier_range_m = toml.number("outlier_range_m", from_zero, 1000);
+  radar.outlier_range_m = ranging ? toml.number("outlier_range_m", from_zero, 1000) : 0;
   radar.outlier_angle_rad = toml.number("outlier_angle_deg", from_zero, 1) * deg;
   radar.coloured_angle_sigma_rad = toml.number("coloured_angle_sigma_deg", from_zero, 0) * deg;
   radar.coloured_angle_tau_s = toml.number("coloured_angle_tau_s", {0.001, day_s}, 10);
   std::tie(radar.latency_s, radar.latency_jitter_s) = read_delay(toml, "latency_ms", "latency_jitter_ms");
-  if (toml.optional("bias")) radar.bias = read_bias(toml, "bias", any);
-  if (toml.optional("bias_sigma")) radar.bias_sigma = read_bias(toml, "bias_sigma", from_zero);
+  if (toml.optional("bias")) radar.bias = read_bias(toml, "bias", any, ranging);
+  if (toml.optional("bias_sigma")) radar.bias_sigma = read_bias(toml, "bias_sigma", from_zero, ranging);
   toml.reject_unknown();
   return radar;
+}
+
+RadarScenario read_radar(TomlSection toml, const RangeConfig& range, const Scenario& scenario) {
+  return read_sensor(toml, find_by_id(toml, "id", range.radars, "radar"), scenario, true);
+}
+
+RadarScenario read_angle_sensor(TomlSection toml, const RangeConfig& range, const Scenario& scenario) {
+  const AngleSensorConfig& known = find_by_id(toml, "id", range.angle_sensors, "angle sensor");
+  return read_sensor(toml, radar_without_range(known), scenario, false);
 }
 
 GpsScenario read_gps(TomlSection toml, const Scenario& scenario) {
@@ -178,9 +201,12 @@ Scenario load_scenario(const std::filesystem::path& file, const RangeConfig& ran
   scenario.profile = read_profile(root.section("trajectory"));
   for (const TomlSection& toml : root.sections("phase")) scenario.phases.push_back(read_phase(toml));
   for (const TomlSection& toml : root.sections("radar")) scenario.radars.push_back(read_radar(toml, range, scenario));
+  for (const TomlSection& toml : root.sections("angle_sensor"))
+    scenario.angle_sensors.push_back(read_angle_sensor(toml, range, scenario));
   scenario.gps = read_gps(root.section("gps"), scenario);
   for (const TomlSection& toml : root.sections("station")) scenario.stations.push_back(read_station(toml, range));
   require_distinct(root, "radar", scenario.radars);
+  require_distinct(root, "angle_sensor", scenario.angle_sensors);
   require_distinct(root, "station", scenario.stations);
   root.reject_unknown();
   return scenario;

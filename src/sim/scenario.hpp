@@ -97,6 +97,7 @@ struct Scenario {
   LaunchProfile profile;
   std::vector<Phase> phases;
   std::vector<RadarScenario> radars;
+  std::vector<RadarScenario> angle_sensors;  ///< radars that tell no range: range noise and bias do not matter
   GpsScenario gps;
   std::vector<StationScenario> stations;
 };

@@ -188,6 +188,22 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
   return run;
 }
 
+std::vector<AngleTspi> simulate_angles(const RadarScenario& sensor, const Scenario& scenario,
+                                       const TruthFunction& truth, std::uint64_t seed) {
+  std::vector<AngleTspi> angles;
+  for (const RadarTspi& plot : simulate_radar(sensor, scenario, truth, seed).plots)
+    angles.push_back({.sensor = plot.sensor,
+                      .target = plot.target,
+                      .sequence = plot.sequence,
+                      .epoch = plot.epoch,
+                      .received = plot.received,
+                      .azimuth_rad = plot.measured.azimuth_rad,
+                      .elevation_rad = plot.measured.elevation_rad,
+                      .mode = plot.mode,
+                      .simulated = plot.simulated});
+  return angles;
+}
+
 std::vector<GpsFix> simulate_gps(const Scenario& scenario, const TruthFunction& truth, std::uint64_t seed) {
   const std::vector<GpsFix> fixes = receiver_fixes(scenario, truth, seed);
   std::vector<GpsFix> relayed;

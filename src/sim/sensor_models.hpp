@@ -31,6 +31,10 @@ struct RadarRun {
 [[nodiscard]] RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, const TruthFunction& truth,
                                       std::uint64_t seed);
 
+/// The same of an angles-only tracker.
+[[nodiscard]] std::vector<AngleTspi> simulate_angles(const RadarScenario& sensor, const Scenario& scenario,
+                                                     const TruthFunction& truth, std::uint64_t seed);
+
 /// The receiver's fixes as every station relayed them: one fix comes from several stations with equal epoch and
 /// position, sequences from 1 per station.
 [[nodiscard]] std::vector<GpsFix> simulate_gps(const Scenario& scenario, const TruthFunction& truth,

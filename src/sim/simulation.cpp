@@ -48,6 +48,10 @@ Simulation::Simulation(const Scenario& scenario, std::uint64_t seed)
     events_.insert(events_.end(), run.plots.begin(), run.plots.end());
     radars_.push_back({radar.id, run.bias, std::move(run.outlier_sequences)});
   }
+  for (const RadarScenario& sensor : scenario.angle_sensors) {
+    const std::vector<AngleTspi> angles = simulate_angles(sensor, scenario, truth, seed);
+    events_.insert(events_.end(), angles.begin(), angles.end());
+  }
   const std::vector<GpsFix> fixes = simulate_gps(scenario, truth, seed);
   events_.insert(events_.end(), fixes.begin(), fixes.end());
   std::stable_sort(events_.begin(), events_.end(), arrives_before);

@@ -31,6 +31,9 @@ class Engine::Impl {
   void operator()(const GpsFix& fix) {
     if (stages_.ingest) take(ingest_.judge(fix));
   }
+  void operator()(const AngleTspi& tspi) {
+    if (stages_.ingest) take(ingest_.judge(tspi));
+  }
   void operator()(const Observation& o) {
     if (!stages_.ingest) follow(ingest_.judge(o));
   }

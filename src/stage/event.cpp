@@ -5,7 +5,7 @@
 namespace downrange {
 namespace {
 
-/// Rank of the topic, source, target and sequence: MissionEvent, radar, GPS.
+/// Rank of the topic, source, target and sequence: MissionEvent, radar, GPS, angles.
 std::tuple<int, Name, Name, std::uint64_t> step_rank(const Event& event) {
   struct Rank {
     std::tuple<int, Name, Name, std::uint64_t> operator()(const MissionEvent& e) const {
@@ -17,8 +17,11 @@ std::tuple<int, Name, Name, std::uint64_t> step_rank(const Event& event) {
     std::tuple<int, Name, Name, std::uint64_t> operator()(const GpsFix& e) const {
       return {2, e.station, e.target, e.sequence};
     }
+    std::tuple<int, Name, Name, std::uint64_t> operator()(const AngleTspi& e) const {
+      return {3, e.sensor, e.target, e.sequence};
+    }
     std::tuple<int, Name, Name, std::uint64_t> operator()(const Observation& e) const {
-      return {e.kind == ObservationKind::Radar ? 1 : 2, e.sensor, e.target, e.sequence};
+      return {1 + static_cast<int>(e.kind), e.sensor, e.target, e.sequence};
     }
   };
   return std::visit(Rank{}, event);

@@ -18,13 +18,33 @@ constexpr double sigma_floor_m = 0.1;
 constexpr double sigma_max = 1e5;
 constexpr double sigma_floor_m_s = 0.01;
 
-bool finite(const Polar& q) {
-  return std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad);
-}
-
 bool plausible_sigmas(const Observation& o) {
   return o.sigma_horizontal_m > 0 && o.sigma_horizontal_m <= sigma_max && o.sigma_vertical_m > 0 &&
          o.sigma_vertical_m <= sigma_max && o.sigma_velocity_m_s > 0 && o.sigma_velocity_m_s <= sigma_max;
+}
+
+bool finite_angles(const Polar& q) { return std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad); }
+
+/// `sensor`: a radar or an angles-only tracker.
+template <class Sensor>
+bool in_elevation_limits(const Polar& q, const Sensor& sensor) {
+  return q.elevation_rad >= sensor.elevation_min_rad && q.elevation_rad <= sensor.elevation_max_rad;
+}
+
+/// What an observation shares with the plot it comes from.
+template <class Tspi>
+Observation observation_of(ObservationKind kind, const Tspi& tspi, const Polar& measured) {
+  Observation o;
+  o.kind = kind;
+  o.sensor = tspi.sensor;
+  o.target = tspi.target;
+  o.sequence = tspi.sequence;
+  o.epoch = tspi.epoch;
+  o.received = tspi.received;
+  o.measured = measured;
+  o.measured.azimuth_rad = wrap_two_pi(measured.azimuth_rad);
+  o.simulated = tspi.simulated;
+  return o;
 }
 
 template <class Config>
@@ -41,28 +61,33 @@ double stated_or(double stated, double configured, double floor) {
 Ingest::Ingest(const RangeConfig& config) : config_(config) {}
 
 Observation Ingest::judge(const RadarTspi& tspi) {
-  Observation o;
-  o.kind = ObservationKind::Radar;
-  o.sensor = tspi.sensor;
-  o.target = tspi.target;
-  o.sequence = tspi.sequence;
-  o.epoch = tspi.epoch;
-  o.received = tspi.received;
-  o.measured = tspi.measured;
-  o.measured.azimuth_rad = wrap_two_pi(o.measured.azimuth_rad);
-  o.simulated = tspi.simulated;
-
+  Observation o = observation_of(ObservationKind::Radar, tspi, tspi.measured);
   const auto radar = std::ranges::find(config_.radars, tspi.sensor, &RadarConfig::id);
   const auto reason = [&] {
     if (radar == config_.radars.end() || !known_source(config_.targets, tspi.target)) return Reason::UnknownSource;
     if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
     if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
-    if (!finite(tspi.measured)) return Reason::NotFinite;
+    if (!finite_angles(tspi.measured) || !std::isfinite(tspi.measured.range_m)) return Reason::NotFinite;
     const bool in_range = tspi.measured.range_m >= radar->range_min_m && tspi.measured.range_m <= radar->range_max_m;
-    const bool in_elevation = tspi.measured.elevation_rad >= radar->elevation_min_rad &&
-                              tspi.measured.elevation_rad <= radar->elevation_max_rad;
-    if (!in_range || !in_elevation) return Reason::OutOfLimits;
+    if (!in_range || !in_elevation_limits(tspi.measured, *radar)) return Reason::OutOfLimits;
     return judge_time(o, stream_of(ObservationKind::Radar, tspi.sensor, tspi.target));
+  };
+  o.verdict = reason();
+  return o;
+}
+
+Observation Ingest::judge(const AngleTspi& tspi) {
+  const Polar measured{.azimuth_rad = tspi.azimuth_rad, .elevation_rad = tspi.elevation_rad};
+  Observation o = observation_of(ObservationKind::Angles, tspi, measured);
+  const auto sensor = std::ranges::find(config_.angle_sensors, tspi.sensor, &AngleSensorConfig::id);
+  const auto reason = [&] {
+    if (sensor == config_.angle_sensors.end() || !known_source(config_.targets, tspi.target))
+      return Reason::UnknownSource;
+    if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
+    if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
+    if (!finite_angles(measured)) return Reason::NotFinite;
+    if (!in_elevation_limits(measured, *sensor)) return Reason::OutOfLimits;
+    return judge_time(o, stream_of(ObservationKind::Angles, tspi.sensor, tspi.target));
   };
   o.verdict = reason();
   return o;
@@ -108,20 +133,29 @@ Observation Ingest::judge(const GpsFix& fix) {
 
 Observation Ingest::judge(Observation observation) {
   if (observation.verdict != Reason::Accepted) return observation;
-  const bool radar = observation.kind == ObservationKind::Radar;
+  const bool gps = observation.kind == ObservationKind::Gps;
+  const auto known_sensor = [&] {
+    switch (observation.kind) {
+      case ObservationKind::Radar:
+        return known_source(config_.radars, observation.sensor);
+      case ObservationKind::Gps:
+        return known_source(config_.telemetry, observation.sensor);
+      case ObservationKind::Angles:
+        return known_source(config_.angle_sensors, observation.sensor);
+    }
+    return false;
+  };
   const auto reason = [&] {
-    const bool known =
-        radar ? known_source(config_.radars, observation.sensor) : known_source(config_.telemetry, observation.sensor);
-    if (!known || !known_source(config_.targets, observation.target)) return Reason::UnknownSource;
+    if (!known_sensor() || !known_source(config_.targets, observation.target)) return Reason::UnknownSource;
     if (observation.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
-    const bool whole = radar ? finite(observation.measured)
-                             : observation.position.m.allFinite() && std::isfinite(observation.sigma_horizontal_m) &&
-                                   std::isfinite(observation.sigma_vertical_m) &&
-                                   (!observation.velocity_valid || observation.velocity.m_s.allFinite());
+    const bool whole = !gps ? finite_angles(observation.measured) && std::isfinite(observation.measured.range_m)
+                            : observation.position.m.allFinite() && std::isfinite(observation.sigma_horizontal_m) &&
+                                  std::isfinite(observation.sigma_vertical_m) &&
+                                  (!observation.velocity_valid || observation.velocity.m_s.allFinite());
     if (!whole) return Reason::NotFinite;
-    if (!radar && !plausible_sigmas(observation)) return Reason::OutOfLimits;
-    return judge_time(observation, stream_of(observation.kind, radar ? observation.sensor : observation.receiver,
-                                             observation.target));
+    if (gps && !plausible_sigmas(observation)) return Reason::OutOfLimits;
+    return judge_time(observation,
+                      stream_of(observation.kind, gps ? observation.receiver : observation.sensor, observation.target));
   };
   observation.verdict = reason();
   return observation;

@@ -15,20 +15,22 @@ class Ingest {
 
   [[nodiscard]] Observation judge(const RadarTspi& tspi);
   [[nodiscard]] Observation judge(const GpsFix& fix);
+  [[nodiscard]] Observation judge(const AngleTspi& tspi);
 
   /// At a centre: an observation that another node accepted, against this node's configuration and the observations of
   /// all ingest nodes together. Two nodes may have accepted the same fix from two stations.
   [[nodiscard]] Observation judge(Observation observation);
 
  private:
-  /// What one sender (radar or station) and receiver said of one target within the history.
+  /// What one sender (radar, tracker or station) and receiver said of one target within the history.
   struct Stream {
     struct Entry {
       Time epoch;
       std::uint64_t sequence;
       Name sender;
     };
-    Name source;  ///< radar; for GPS the on-board receiver: a double has the same receiver, whatever station relayed it
+    Name source;  ///< radar or tracker; for GPS the on-board receiver: a double has the same receiver, whatever station
+                  ///< relayed it
     Name target;
     ObservationKind kind;
     std::vector<Entry> recent;

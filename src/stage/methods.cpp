@@ -8,9 +8,11 @@
 namespace downrange {
 namespace {
 
-std::shared_ptr<const RefractionTable> refraction_of(const RadarConfig& radar) {
-  if (radar.refractivity == 0) return nullptr;
-  return std::make_shared<RefractionTable>(atmosphere_over(radar.site.geodetic(), radar.refractivity));
+/// `sensor`: a radar or an angles-only tracker.
+template <class Sensor>
+std::shared_ptr<const RefractionTable> refraction_of(const Sensor& sensor) {
+  if (sensor.refractivity == 0) return nullptr;
+  return std::make_shared<RefractionTable>(atmosphere_over(sensor.site.geodetic(), sensor.refractivity));
 }
 
 MethodSettings settings_of(const RangeConfig& config) {
@@ -24,6 +26,16 @@ MethodSettings settings_of(const RangeConfig& config) {
                         .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
                         .bias = bias_model_of(radar.bias),
                         .refraction = refraction_of(radar)});
+  }
+  for (const AngleSensorConfig& sensor : config.angle_sensors) {
+    const double angle = std::sqrt(sensor.angle_inflation);
+    s.radars.push_back({.site = sensor.site,
+                        .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad * angle,
+                                  .elevation_rad = sensor.sigma_elevation_rad * angle},
+                        .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
+                        .bias = bias_model_of(sensor),
+                        .refraction = refraction_of(sensor),
+                        .measures_range = false});
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
@@ -64,9 +76,8 @@ Methods::Methods(const RangeConfig& config) : config_(config) {
 void Methods::process(const Observation& o) {
   Measurement m;
   m.epoch = o.epoch;
-  m.kind = o.kind == ObservationKind::Radar ? Measurement::Kind::Radar : Measurement::Kind::Gps;
-  m.source =
-      o.kind == ObservationKind::Radar ? index_of(config_.radars, o.sensor) : index_of(config_.telemetry, o.sensor);
+  m.kind = o.kind == ObservationKind::Gps ? Measurement::Kind::Gps : Measurement::Kind::Radar;
+  m.source = source_of(o);
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
   m.plot = o.measured;
@@ -79,12 +90,25 @@ void Methods::process(const Observation& o) {
   for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
 }
 
+int Methods::source_of(const Observation& o) const {
+  switch (o.kind) {
+    case ObservationKind::Radar:
+      return index_of(config_.radars, o.sensor);
+    case ObservationKind::Gps:
+      return index_of(config_.telemetry, o.sensor);
+    case ObservationKind::Angles:
+      return static_cast<int>(config_.radars.size()) + index_of(config_.angle_sensors, o.sensor);
+  }
+  return -1;
+}
+
 void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
-  if (o.kind != ObservationKind::Radar) return;
+  if (o.kind == ObservationKind::Gps) return;
   for (const Runner& runner : runners_) {
     if (!runner.accepted) continue;
-    const BiasEstimate estimate = runner.method->bias(index_of(config_.radars, o.sensor));
-    if (estimate.terms == 0) continue;
+    const BiasEstimate estimate = runner.method->bias(source_of(o));
+    const bool unused = o.kind == ObservationKind::Angles && estimate.samples == 0;  // by a method of radars alone
+    if (estimate.terms == 0 || unused) continue;
     SensorBias bias;
     bias.sensor = o.sensor;
     bias.method = runner.name;

@@ -17,7 +17,7 @@ class Methods {
   /// Brings one accepted observation into every method. `true` per method where it was accepted.
   void process(const Observation& o);
 
-  /// ALIGN's results: the bias of the observation's radar, for each method that took the observation.
+  /// ALIGN's results: the bias of the observation's radar or tracker, for each method that took the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;
   /// FUSE's results: the trajectory of the observation's target, for each method that took the observation and whose
   /// estimate it changed.
@@ -40,6 +40,8 @@ class Methods {
     bool accepted = false;             ///< the last observation
   };
 
+  /// As Measurement::source counts: trackers behind the radars.
+  [[nodiscard]] int source_of(const Observation& o) const;
   void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
                        TrackQuality quality, ResultSink& sink) const;
 

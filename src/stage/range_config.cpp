@@ -52,4 +52,15 @@ BiasModel bias_model_of(const BiasConfig& config) {
   return model;
 }
 
+BiasModel bias_model_of(const AngleSensorConfig& config) {
+  BiasModel model;
+  model.terms = {BiasTerm::OffsetAzimuth, BiasTerm::OffsetElevation};
+  for (const BiasTerm term : model.terms) {
+    const auto i = static_cast<Eigen::Index>(term);
+    model.prior_cov(i, i) = config.bias_prior_rad * config.bias_prior_rad;
+    model.drift[i] = config.bias_drift_rad_sqrt_s;
+  }
+  return model;
+}
+
 }  // namespace downrange

@@ -2,20 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "indices.hpp"
+#include <iterator>
 
 namespace downrange {
 
-SourceMonitor::SourceMonitor(const RangeConfig& config) : radars_(config.radars.size()) {
-  const auto add = [&](const Name& id) {
-    Source s;
-    s.sensor = id;
-    s.account = static_cast<int>(sources_.size());
-    sources_.push_back(s);
+SourceMonitor::SourceMonitor(const RangeConfig& config) {
+  const auto add = [&](const auto& entries, ObservationKind kind) {
+    for (const auto& entry : entries) {
+      Source s;
+      s.sensor = entry.id;
+      s.kind = kind;
+      s.account = static_cast<int>(sources_.size());
+      sources_.push_back(s);
+    }
   };
-  for (const RadarConfig& radar : config.radars) add(radar.id);
-  for (const TelemetryConfig& station : config.telemetry) add(station.id);
+  add(config.radars, ObservationKind::Radar);
+  add(config.angle_sensors, ObservationKind::Angles);
+  add(config.telemetry, ObservationKind::Gps);
   Source unknown;
   unknown.sensor = "(not configured)";
   sources_.push_back(unknown);
@@ -23,12 +26,9 @@ SourceMonitor::SourceMonitor(const RangeConfig& config) : radars_(config.radars.
 
 void SourceMonitor::count(const Observation& o) {
   // A radar and a station may share a name: look only among the sources of the observation's kind.
-  const std::size_t first = o.kind == ObservationKind::Radar ? 0 : radars_;
-  const std::size_t last = o.kind == ObservationKind::Radar ? radars_ : sources_.size() - 1;
-  Source* source = &sources_.back();
-  for (std::size_t i = first; i < last; ++i) {
-    if (sources_[i].sensor == o.sensor) source = &sources_[i];
-  }
+  const auto found = std::find_if(sources_.begin(), std::prev(sources_.end()),
+                                  [&](const Source& s) { return s.kind == o.kind && s.sensor == o.sensor; });
+  Source* source = &*found;  // the last one: whoever is not configured
   ++source->messages;
   ++source->count[static_cast<std::size_t>(o.verdict)];
   if (o.verdict == Reason::UnknownSource) return;

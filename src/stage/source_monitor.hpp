@@ -21,6 +21,7 @@ class SourceMonitor {
   struct Source {
     Name sensor;
     Name target;
+    ObservationKind kind = ObservationKind::Radar;
     int account = -1;  ///< index in the method's accounts, -1: none
     std::array<std::uint64_t, reason_count> count{};
     std::uint64_t messages = 0;
@@ -29,8 +30,7 @@ class SourceMonitor {
     bool seen = false;
   };
 
-  std::vector<Source> sources_;  ///< radars, stations, and last whoever is not configured
-  std::size_t radars_ = 0;
+  std::vector<Source> sources_;  ///< as a method counts them, and last whoever is not configured
 };
 
 }  // namespace downrange

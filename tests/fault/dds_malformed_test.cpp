@@ -120,6 +120,12 @@ TEST(DdsMalformed, EnumeratorsOutOfRangeAndLiveSamplesFromARun) {
   RadarTspi read_plot;
   EXPECT_EQ(from_wire(plot, read_plot), "mode holds enumerator 4");
 
+  wire::AngleTspi angles;
+  to_wire(sample_angles(), angles);
+  angles.mode(static_cast<wire::TrackMode>(7));
+  AngleTspi read_angles;
+  EXPECT_EQ(from_wire(angles, read_angles), "mode holds enumerator 7");
+
   wire::GpsFix fix;
   to_wire(sample_fix(), fix);
   fix.fix(static_cast<wire::FixType>(0xffffffff));

@@ -34,6 +34,11 @@ std::vector<Event> flight_events(std::uint64_t step) {
   plot("radar-b", "stage-2", step);
   plot("radar-b", "stage-1", step);
   plot("radar-a", "stage-1", step / 3);  // a recorder that repeats sequences
+  if (step % 4 == 0) {
+    AngleTspi angles = sample_angles(step);
+    angles.epoch = {static_cast<std::int64_t>(step)};
+    events.emplace_back(angles);
+  }
   if (step % 10 == 0) {
     GpsFix fix = sample_fix(step);
     fix.epoch = {static_cast<std::int64_t>(step)};
@@ -305,7 +310,7 @@ TEST(DdsLockstep, NoResultIsLostToASlowConsumerAtFullSpeed) {
   for (int i = 0; i < commands; ++i) ASSERT_EQ(seen[static_cast<std::size_t>(i)], i);
 }
 
-/// An ingest node turns every plot into one observation, every fix into two.
+/// An ingest node turns every plot and every pair of angles into one observation, every fix into two.
 void ingest(const RangeStep& step, OutputWriters& outputs) {
   for (const Event& event : step.events) {
     Observation observation = sample_observation();
@@ -315,6 +320,12 @@ void ingest(const RangeStep& step, OutputWriters& outputs) {
       observation.sensor = plot->sensor;
       observation.target = plot->target;
       observation.sequence = plot->sequence;
+      outputs.emit(observation);
+    } else if (const auto* angles = std::get_if<AngleTspi>(&event)) {
+      observation.kind = ObservationKind::Angles;
+      observation.sensor = angles->sensor;
+      observation.target = angles->target;
+      observation.sequence = angles->sequence;
       outputs.emit(observation);
     } else if (const auto* fix = std::get_if<GpsFix>(&event)) {
       observation.sensor = fix->station;
@@ -340,7 +351,8 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   centre_options.ingest_nodes = {"ingest-a", "ingest-b"};
   FollowingNode centre(37, "centre", centre_options, false, [&](const RangeStep& step) {
     const std::size_t fixes = step.step % 10 == 0 ? 2 : 0;
-    const std::size_t expected = step.end ? 0 : 2 * (3 + 2 * fixes) + (step.step % 500 == 1 ? 1 : 0);
+    const std::size_t angles = step.step % 4 == 0 ? 1 : 0;
+    const std::size_t expected = step.end ? 0 : 2 * (3 + angles + 2 * fixes) + (step.step % 500 == 1 ? 1 : 0);
     EXPECT_EQ(step.events.size(), expected) << "step " << step.step;
     for (const Event& event : step.events) {
       if (const auto* observation = std::get_if<Observation>(&event)) {
@@ -360,7 +372,7 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   EXPECT_EQ(a.wait_for_end(), "");
   EXPECT_EQ(b.wait_for_end(), "");
   EXPECT_EQ(centre.wait_for_end(), "");
-  EXPECT_EQ(observations, 2 * (3 * flight_steps + 4 * (flight_steps / 10)));
+  EXPECT_EQ(observations, 2 * (3 * flight_steps + flight_steps / 4 + 4 * (flight_steps / 10)));
   EXPECT_EQ(marks, 1U);
 }
 

@@ -48,15 +48,17 @@ TEST(DdsLoopback, EveryInputArrivesAsItWasSent) {
 
   EXPECT_TRUE(writers.write(sample_plot()));
   EXPECT_TRUE(writers.write(sample_fix()));
+  EXPECT_TRUE(writers.write(sample_angles()));
   EXPECT_TRUE(writers.write(sample_mark()));
   EXPECT_FALSE(writers.write(sample_observation())) << "an observation is no input of the range";
 
-  ASSERT_TRUE(inbox.wait_for_size(3));
+  ASSERT_TRUE(inbox.wait_for_size(4));
   expect_record(inbox.items(), sample_plot());
   expect_record(inbox.items(), sample_fix());
+  expect_record(inbox.items(), sample_angles());
   expect_record(inbox.items(), sample_mark());
   for (const Event& event : inbox.items()) EXPECT_GT(received_of(event).ns, 1'500'000'000'000'000'000);
-  EXPECT_TRUE(wait_until(seconds(30), [&] { return reader.counts().samples == 3; }));  // counted after the callback
+  EXPECT_TRUE(wait_until(seconds(30), [&] { return reader.counts().samples == 4; }));  // counted after the callback
   EXPECT_EQ(reader.counts().malformed, 0U);
   EXPECT_EQ(writers.counts().failures, 0U);
 }

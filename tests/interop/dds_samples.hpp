@@ -30,6 +30,19 @@ inline RadarTspi sample_plot(std::uint64_t sequence = 7) {
   return plot;
 }
 
+inline AngleTspi sample_angles(std::uint64_t sequence = 6) {
+  AngleTspi angles;
+  angles.sensor = "goheung-optical";
+  angles.target = "a-name-of-thirty-one-characters";
+  angles.sequence = sequence;
+  angles.epoch = {1'700'000'000'987'654'321};
+  angles.azimuth_rad = 5.5;
+  angles.elevation_rad = 1.5;
+  angles.mode = TrackMode::Acquire;
+  angles.simulated = true;
+  return angles;
+}
+
 inline GpsFix sample_fix(std::uint64_t sequence = 8) {
   GpsFix fix;
   fix.target = "kslv";
@@ -171,6 +184,17 @@ inline void expect_equal(const RadarTspi& a, const RadarTspi& b) {
   EXPECT_EQ(a.range_rate_valid, b.range_rate_valid);
   EXPECT_EQ(a.mode, b.mode);
   EXPECT_EQ(a.snr_db, b.snr_db);
+  EXPECT_EQ(a.simulated, b.simulated);
+}
+
+inline void expect_equal(const AngleTspi& a, const AngleTspi& b) {
+  EXPECT_EQ(a.sensor, b.sensor);
+  EXPECT_EQ(a.target, b.target);
+  EXPECT_EQ(a.sequence, b.sequence);
+  EXPECT_EQ(a.epoch, b.epoch);
+  EXPECT_EQ(a.azimuth_rad, b.azimuth_rad);
+  EXPECT_EQ(a.elevation_rad, b.elevation_rad);
+  EXPECT_EQ(a.mode, b.mode);
   EXPECT_EQ(a.simulated, b.simulated);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// A small range for tests: one target, two radars, two telemetry stations, two antennas, and a vehicle to follow.
+/// A small range for tests: one target, two radars (and an angles-only tracker where a test wants one), two telemetry
+/// stations, two antennas, and a vehicle to follow.
 
 #include <algorithm>
 #include <downrange/geo/polar.hpp>
@@ -63,6 +64,30 @@ inline RadarTspi plot_at(const RadarConfig& radar, double t, std::uint64_t seque
   p.measured = polar_from_enu(radar.site.enu_of(vehicle_at(t)));
   p.simulated = true;
   return p;
+}
+
+/// An optical tracker by the pad. Not part of small_range.
+inline AngleSensorConfig small_tracker() {
+  AngleSensorConfig tracker;
+  tracker.id = "optical";
+  tracker.site = Site({34.4390 * deg, 127.5105 * deg, 160});
+  tracker.sigma_azimuth_rad = 0.003 * deg;
+  tracker.sigma_elevation_rad = 0.003 * deg;
+  return tracker;
+}
+
+inline AngleTspi angles_at(const AngleSensorConfig& tracker, double t, std::uint64_t sequence, double delay_s = 0.04) {
+  AngleTspi a;
+  a.sensor = tracker.id;
+  a.target = "kslv";
+  a.sequence = sequence;
+  a.epoch = liftoff + seconds(t);
+  a.received = a.epoch + seconds(delay_s);
+  const Polar q = polar_from_enu(tracker.site.enu_of(vehicle_at(t)));
+  a.azimuth_rad = q.azimuth_rad;
+  a.elevation_rad = q.elevation_rad;
+  a.simulated = true;
+  return a;
 }
 
 inline GpsFix fix_at(Name station, double t, std::uint64_t sequence, double delay_s = 0.5) {

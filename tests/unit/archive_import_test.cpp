@@ -252,7 +252,7 @@ TEST_F(ArchiveImport, AWrongMappingNamesFileLineKeyAndWhatIsAllowed) {
   expect("liftoff = 2018-02-06T20:45:00Z", "liftoff = \"noon\"", ":3: liftoff: must be a date and time with offset");
   expect("20:45:00Z", "20:45:00", ":3: liftoff: must be a date and time with offset");
   expect("liftoff", "lift_off", ":1: liftoff: missing");
-  expect("kind = \"radar\"", "kind = \"sonar\"", ":6: file[0].kind: 'sonar'; allowed: radar, gps, truth");
+  expect("kind = \"radar\"", "kind = \"sonar\"", ":6: file[0].kind: 'sonar'; allowed: radar, angles, gps, truth");
   expect("sensor = \"cape\"", "sensor = \"\"", ":7: file[0].sensor: must be a name of 1 to 31 characters");
   expect("sensor = \"cape\"", "sensor = \"cape\"\ncolour = 1", ":8: file[0].colour: unknown key; allowed: ");
   expect("field = \"epoch\", unit = \"s\"", "field = \"epoch\"",
@@ -271,6 +271,47 @@ TEST_F(ArchiveImport, AWrongMappingNamesFileLineKeyAndWhatIsAllowed) {
   expect("sensor = \"cape\"", "sensor = \"cape\"\nlatency_s = -1", ":8: file[0].latency_s: must be 0 to 3600");
   expect("outlier = \"ignore\"", "outlier = ", ":14: ");  // not TOML
   EXPECT_EQ(refusal(good), "");
+}
+
+constexpr const char* angles_mapping = R"(mission = "m1"
+target = "rocket"
+liftoff = 2018-02-06T20:45:00Z
+[[file]]
+path = "angles.csv"
+kind = "angles"
+sensor = "optical"
+latency_s = 0.25
+[file.columns]
+time_s = {field = "epoch", unit = "s"}
+az_deg = {field = "azimuth", unit = "deg"}
+el_deg = {field = "elevation", unit = "deg"}
+)";
+
+TEST_F(ArchiveImport, AnglesHaveNoRange) {
+  write_text(folder_ / "angles.csv", "time_s,az_deg,el_deg\n1.5,-10,20\n1.6,-11,nan\n1.6,-11,21\n");
+  const ImportReport report = import(angles_mapping);
+  EXPECT_EQ(report.files[0].imported, 2u);
+  EXPECT_EQ(report.files[0].not_finite.count, 1u);
+  const std::vector<Event> all = events();
+  ASSERT_EQ(all.size(), 3u);  // lift-off first
+  const auto& first = std::get<AngleTspi>(all[1]);
+  EXPECT_EQ(first.sensor, Name("optical"));
+  EXPECT_EQ(first.target, Name("rocket"));
+  EXPECT_EQ(first.epoch, t0 + milliseconds(1500));
+  EXPECT_EQ(first.received, t0 + milliseconds(1750));
+  EXPECT_NEAR(first.azimuth_rad, 350 * std::numbers::pi / 180, 1e-15);
+  EXPECT_NEAR(first.elevation_rad, 20 * std::numbers::pi / 180, 1e-15);
+  EXPECT_EQ(first.mode, TrackMode::Track);
+  EXPECT_EQ(std::get<AngleTspi>(all[2]).sequence, 3u);
+
+  EXPECT_NE(refusal(replaced(angles_mapping, "field = \"elevation\"", "field = \"range\""))
+                .find("'range' is no field of such a file; allowed: epoch, received, azimuth, elevation"),
+            std::string::npos);
+  EXPECT_NE(refusal(replaced(angles_mapping, "el_deg = {field = \"elevation\", unit = \"deg\"}", "el_deg = \"ignore\""))
+                .find("only some of azimuth, elevation"),
+            std::string::npos);
+  EXPECT_NE(refusal(replaced(angles_mapping, "sensor = ", "station = ")).find("file[0].sensor: missing"),
+            std::string::npos);
 }
 
 TEST_F(ArchiveImport, ACsvThatDoesNotFitIsRefused) {

@@ -33,6 +33,7 @@ void expect_round_trip(const T& in) {
 TEST(ArchiveRecord, EveryFieldSurvives) {
   expect_round_trip<record::RadarTspi>(some_radar(3));
   expect_round_trip<record::GpsFix>(some_gps());
+  expect_round_trip<record::AngleTspi>(some_angles());
   expect_round_trip<record::MissionEvent>(some_mission());
   expect_round_trip<record::Observation>(some_observation());
   for (int terms = 1; terms <= max_bias_terms; ++terms) expect_round_trip<record::SensorBias>(some_bias(terms));
@@ -52,6 +53,14 @@ TEST(ArchiveRecord, EveryFieldOfTheMessageMeansTheFieldOfTheStruct) {
   EXPECT_EQ(radar.azimuth_rad(), 1.25);
   EXPECT_EQ(radar.elevation_rad(), 0.5);
   EXPECT_EQ(radar.mode(), record::TRACK_MODE_COAST);
+
+  record::AngleTspi angles;
+  to_proto(some_angles(), angles);
+  EXPECT_EQ(angles.sensor(), "optical");
+  EXPECT_EQ(angles.received_ns() - angles.epoch_ns(), 70'000'000);
+  EXPECT_EQ(angles.azimuth_rad(), 3.25);
+  EXPECT_EQ(angles.elevation_rad(), 0.75);
+  EXPECT_EQ(angles.mode(), record::TRACK_MODE_ACQUIRE);
 
   record::Trajectory trajectory;
   to_proto(some_trajectory(9), trajectory);
@@ -76,6 +85,7 @@ TEST(ArchiveRecord, EveryFieldOfTheMessageMeansTheFieldOfTheStruct) {
 // The enumerations are written by number: C++ and Protobuf must count alike.
 TEST(ArchiveRecord, EnumerationsEndAlike) {
   EXPECT_EQ(static_cast<int>(record::Reason_MAX), static_cast<int>(reason_count) - 1);
+  EXPECT_EQ(static_cast<int>(record::ObservationKind_MAX), static_cast<int>(ObservationKind::Angles));
   EXPECT_EQ(static_cast<int>(record::BiasTerm_MAX), static_cast<int>(BiasTerm::TimeTag));
   EXPECT_EQ(static_cast<int>(record::BiasState_MAX), static_cast<int>(BiasState::Frozen));
   EXPECT_EQ(static_cast<int>(record::SlavingSource_MAX), static_cast<int>(SlavingSource::Nominal));
@@ -206,7 +216,11 @@ TEST_P(ArchiveFile, HoldsEveryKindOfRecordInOrder) {
   EXPECT_EQ(std::get<SlavingCommand>(entries[7].record).azimuth_rad, some_slaving().azimuth_rad);
   EXPECT_EQ(std::get<SourceHealth>(entries[8].record).count, some_health().count);
   EXPECT_EQ(std::get<Truth>(entries[9].record).acceleration_m_s2, some_truth().acceleration_m_s2);
-  EXPECT_EQ(std::get<LastTick>(entries[10].record).tick, t0 + milliseconds(1000));
+  EXPECT_EQ(std::get<AngleTspi>(entries[10].record).azimuth_rad, some_angles().azimuth_rad);
+  EXPECT_EQ(entries[10].role, Role::Input);
+  EXPECT_EQ(entries[10].topic, "range/angles");
+  EXPECT_EQ(entries[10].sequence, 5u);
+  EXPECT_EQ(std::get<LastTick>(entries[11].record).tick, t0 + milliseconds(1000));
 
   // An observation consumed and an observation made are told apart; results carry the sequence of their event.
   EXPECT_EQ(entries[3].role, Role::Input);

@@ -63,6 +63,20 @@ inline RadarTspi some_radar(std::uint64_t i) {
   return r;
 }
 
+inline AngleTspi some_angles() {
+  AngleTspi a;
+  a.sensor = "optical";
+  a.target = "naro";
+  a.sequence = 12;
+  a.epoch = t0 + milliseconds(20);
+  a.received = t0 + milliseconds(90);
+  a.azimuth_rad = 3.25;
+  a.elevation_rad = 0.75;
+  a.mode = TrackMode::Acquire;
+  a.simulated = true;
+  return a;
+}
+
 inline GpsFix some_gps() {
   GpsFix g;
   g.target = "naro";
@@ -208,9 +222,10 @@ inline void write_all_kinds(Writer& writer) {
   writer.write(Result(some_slaving()));
   writer.write(Result(some_health()));
   writer.write_truth(some_truth());
+  writer.write(Event(some_angles()));
   writer.write_last_tick(t0 + milliseconds(1000));
 }
-inline constexpr std::size_t all_kinds_count = 11;
+inline constexpr std::size_t all_kinds_count = 12;
 
 inline std::vector<Entry> read_all(Reader& reader) {
   std::vector<Entry> entries;

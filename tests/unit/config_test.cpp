@@ -271,6 +271,91 @@ TEST(Bias, BadValuesOfARadarSayWhatIsAllowed) {
   }
 }
 
+const std::string tracker = R"(
+[[angle_sensor]]
+id = "optical"
+latitude_deg = 34.439
+longitude_deg = 127.5105
+height_m = 160
+sigma_azimuth_deg = 0.003
+sigma_elevation_deg = 0.002
+)";
+
+TEST(AngleSensor, EveryKeyReachesTheRange) {
+  const std::string text = read(naro);
+  EXPECT_TRUE(load(naro).range.angle_sensors.empty());
+  const RangeConfig range = load_text(text + tracker +
+                                          "rate_hz = 25\nelevation_min_deg = 5\nelevation_max_deg = 85\n"
+                                          "azimuth_sigma_on_sky = true\nangle_inflation = 2\nrefractivity_n = 310\n"
+                                          "bias_prior_angle_deg = 0.1\nbias_drift_angle_deg_sqrt_s = 0.001\n",
+                                      naro)
+                                .range;
+  ASSERT_EQ(range.angle_sensors.size(), 1u);
+  const AngleSensorConfig& sensor = range.angle_sensors[0];
+  EXPECT_EQ(sensor.id.view(), "optical");
+  EXPECT_EQ(sensor.site.geodetic().height_m, 160);
+  EXPECT_EQ(sensor.sigma_azimuth_rad, 0.003 * degree);
+  EXPECT_EQ(sensor.sigma_elevation_rad, 0.002 * degree);
+  EXPECT_EQ(sensor.rate_hz, 25);
+  EXPECT_EQ(sensor.elevation_min_rad, 5 * degree);
+  EXPECT_EQ(sensor.elevation_max_rad, 85 * degree);
+  EXPECT_TRUE(sensor.azimuth_sigma_on_sky);
+  EXPECT_EQ(sensor.angle_inflation, 2);
+  EXPECT_EQ(sensor.refractivity, 310);
+  const BiasModel model = bias_model_of(sensor);
+  EXPECT_EQ(model.terms, (std::vector{BiasTerm::OffsetAzimuth, BiasTerm::OffsetElevation}));
+  const auto azimuth = static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth);
+  EXPECT_DOUBLE_EQ(std::sqrt(model.prior_cov(azimuth, azimuth)), 0.1 * degree);
+  EXPECT_DOUBLE_EQ(model.drift[azimuth], 0.001 * degree);
+  EXPECT_EQ(load_text(text + tracker, naro, {{"node.sources", R"(["optical"])", "--sources"}}).node.sources.size(), 1u);
+}
+
+TEST(AngleSensor, TheExampleIsComplete) {
+  // The commented example of config/naro.toml names every key, and is valid.
+  std::istringstream lines(read(naro));
+  std::string text;
+  bool example = false;
+  for (std::string line; std::getline(lines, line);) {
+    example = (example || line == "# [[angle_sensor]]") && line.starts_with("# ");
+    text += (example ? line.substr(2) : line) + '\n';
+  }
+  EXPECT_EQ(joined(problems_of(text)), "");
+  EXPECT_EQ(load_text(text, naro).range.angle_sensors.size(), 1u);
+  const std::string reference = key_reference();
+  const std::size_t begin = reference.find("[[angle_sensor]]");
+  std::istringstream keys(reference.substr(begin, reference.find("\n\n", begin) - begin));
+  for (std::string line; std::getline(keys, line);) {
+    const std::size_t colon = line.find(':');
+    if (!line.starts_with("  ") || line.starts_with("   ") || colon == std::string::npos) continue;
+    EXPECT_NE(text.find('\n' + line.substr(2, colon - 2) + " = ", text.find("[[angle_sensor]]")), std::string::npos)
+        << line;
+  }
+}
+
+TEST(AngleSensor, ProblemsNameTheKey) {
+  const std::string text = read(naro);
+  const auto problem_of = [&](const std::string& more) {
+    const std::vector<Problem> problems = problems_of(text + tracker + more);
+    if (problems.size() != 1) return std::to_string(problems.size()) + " problems: " + joined(problems);
+    return problems[0].key + ": " + problems[0].message;
+  };
+  EXPECT_EQ(problem_of("sigma_range_m = 1"), "angle_sensor[0].sigma_range_m: unknown key");
+  EXPECT_EQ(problem_of("refractivity_n = -1"),
+            "angle_sensor[0].refractivity_n: found -1 (whole number), allowed: a number from 0 to 500 N-units");
+  EXPECT_EQ(problem_of("elevation_min_deg = 90"),
+            "angle_sensor[0].elevation_max_deg: found 90, allowed: more than elevation_min_deg (90)");
+  EXPECT_EQ(problem_of("bias_prior_angle_deg = 0"),
+            "angle_sensor[0].bias_prior_angle_deg: found 0 (whole number), allowed: a number from 1e-09 to 20 deg");
+  EXPECT_EQ(problem_of("bias_blocks = [\"polar\"]").substr(0, 40), "angle_sensor[0].bias_blocks: unknown key");
+  EXPECT_EQ(problem_of(tracker), "angle_sensor[1].id: found \"optical\", already used by angle_sensor[0].id");
+  std::string many;
+  for (int i = 0; i < 62; ++i) {
+    std::string one = tracker;
+    many += one.replace(one.find("optical"), 7, "o" + std::to_string(i));
+  }
+  EXPECT_EQ(problem_of(many), "angle_sensor: found 65 radars and angle sensors, allowed: at most 64 together");
+}
+
 TEST(Methods, BadSettingsSayWhatIsAllowed) {
   const std::string text = read(naro);
   const std::vector<std::tuple<std::string, std::string, std::string>> bad{

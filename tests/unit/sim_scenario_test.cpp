@@ -30,6 +30,14 @@ RangeConfig naro() {
   range.telemetry = {{"goheung-tgs", Site({34.4480 * deg, 127.5165 * deg, 105})},
                      {"jeju-tgs", Site({33.3870 * deg, 126.3660 * deg, 95})},
                      {"ship-tgs", Site({14.0 * deg, 130.0 * deg, 20})}};
+  AngleSensorConfig optical;
+  optical.id = "optical";
+  optical.site = Site({34.4390 * deg, 127.5105 * deg, 160});
+  optical.sigma_azimuth_rad = 0.003 * deg;
+  optical.sigma_elevation_rad = 0.002 * deg;
+  optical.rate_hz = 25;
+  optical.elevation_min_rad = 5 * deg;
+  range.angle_sensors = {optical};
   return range;
 }
 
@@ -151,6 +159,28 @@ TEST_F(ScenarioFile, DefaultsHold) {
 
 TEST_F(ScenarioFile, RefractivityIsARadarsKey) {
   EXPECT_EQ(load(minimal + "[[radar]]\nid = \"jeju\"\nrefractivity_n = 320\n").radars[0].refractivity, 320);
+}
+
+TEST_F(ScenarioFile, AnAngleSensorHasNoKeysOfRange) {
+  const std::string text = minimal + "[[angle_sensor]]\nid = \"optical\"\n";
+  const Scenario scenario = load(text + "refractivity_n = 300\n[angle_sensor.bias]\nazimuth_deg = 0.1\n");
+  ASSERT_EQ(scenario.angle_sensors.size(), 1u);
+  EXPECT_TRUE(scenario.radars.empty());
+  const RadarScenario& optical = scenario.angle_sensors[0];
+  EXPECT_EQ(optical.sigma.azimuth_rad, 0.003 * deg);
+  EXPECT_EQ(optical.sigma.elevation_rad, 0.002 * deg);
+  EXPECT_EQ(optical.rate_hz, 25);
+  EXPECT_EQ(optical.elevation_min_rad, 5 * deg);
+  EXPECT_EQ(optical.refractivity, 300);
+  EXPECT_EQ(optical.bias.offset.azimuth_rad, 0.1 * deg);
+  for (const char* key : {"sigma_range_m = 1", "range_max_m = 1", "outlier_range_m = 1"})
+    EXPECT_NE(complaint(text + key + "\n").find("is not a key of this table"), std::string::npos) << key;
+  EXPECT_NE(complaint(text + "[angle_sensor.bias]\nrange_m = 1\n").find("angle_sensor.bias.range_m: is not a key"),
+            std::string::npos);
+  EXPECT_EQ(complaint(minimal + "[[angle_sensor]]\nid = \"jeju\"\n"),
+            "s.toml:12: angle_sensor.id: \"jeju\" is no angle sensor of this range; allowed: optical");
+  EXPECT_EQ(complaint(text + "[[angle_sensor]]\nid = \"optical\"\n"),
+            "s.toml:11: angle_sensor: \"optical\" is there twice; one table for each");
 }
 
 TEST_F(ScenarioFile, LiftoffTakesAnOffset) {

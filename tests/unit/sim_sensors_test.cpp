@@ -195,6 +195,33 @@ TEST(Radar, RefractionComesBeforeThePolarTerms) {
   }
 }
 
+TEST(Angles, AreARadarsWithoutTheRange) {
+  Scenario scenario = make_scenario();
+  RadarScenario optical = make_radar("optical");
+  optical.sigma = {0, 0.003 * deg, 0.002 * deg};
+  optical.bias.offset = {0, 0.05 * deg, -0.04 * deg};
+  scenario.angle_sensors = {optical};
+  const Simulation simulation(scenario, seed);
+  const auto angles = all_of<AngleTspi>(simulation);
+  ASSERT_EQ(angles.size(), 3800u);
+  std::vector<double> azimuth, elevation;
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const AngleTspi& a = angles[i];
+    EXPECT_EQ(a.sensor, Name("optical"));
+    EXPECT_EQ(a.sequence, i + 1);
+    EXPECT_TRUE(a.simulated);
+    EXPECT_GE(a.received, a.epoch);
+    const Polar q = true_polar(simulation, optical.site, a.epoch);
+    azimuth.push_back(wrap_pi(a.azimuth_rad - q.azimuth_rad));
+    elevation.push_back(a.elevation_rad - q.elevation_rad);
+  }
+  expect_moments(azimuth, 0.05 * deg, 0.003 * deg);
+  expect_moments(elevation, -0.04 * deg, 0.002 * deg);
+  // No other source's numbers change.
+  EXPECT_EQ(plots_of(simulation, "one")[7].measured.range_m,
+            plots_of(Simulation(make_scenario(), seed), "one")[7].measured.range_m);
+}
+
 TEST(Radar, FastClockStampsLate) {
   Scenario scenario = make_scenario();
   scenario.radars[0].sigma = {};

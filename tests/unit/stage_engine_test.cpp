@@ -235,6 +235,66 @@ TEST(Engine, HealthCountsEverySampleOnce) {
   EXPECT_EQ(unknown, 1u);
 }
 
+TEST(Engine, AnglesGoToTheMethodsThatUseThem) {
+  RangeConfig range = small_range();
+  range.angle_sensors = {test::small_tracker()};
+  range.fuse.methods = {"joint", "song2015"};
+  const std::vector<Event> without = small_flight(range, 20, 7);
+  std::vector<Event> events = without;
+  std::uint64_t sequence = 0;
+  for (double t = 2.005; t < 20; t += 0.1) events.emplace_back(test::angles_at(range.angle_sensors[0], t, ++sequence));
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return received_of(a) < received_of(b); });
+  const Collector out = run(range, events);
+  const Collector radars = run(range, without);
+
+  // song2015 is as it was, to the bit; joint knows more.
+  const auto of_method = [](const Collector& from, const char* method) {
+    std::vector<Trajectory> all = from.of<Trajectory>();
+    std::erase_if(all, [&](const Trajectory& t) { return t.method != method; });
+    return all;
+  };
+  const auto song = of_method(out, "song2015");
+  const auto song_before = of_method(radars, "song2015");
+  ASSERT_EQ(song.size(), song_before.size());
+  for (std::size_t i = 0; i < song.size(); ++i) {
+    EXPECT_EQ(song[i].state, song_before[i].state);
+    EXPECT_EQ(song[i].covariance, song_before[i].covariance);
+  }
+  const auto joint = of_method(out, "joint");
+  const auto joint_before = of_method(radars, "joint");
+  EXPECT_GT(joint.size(), joint_before.size() + 100);
+  EXPECT_NE(joint.back().sources & 4U, 0u);  // the tracker, behind two radars
+  const auto variance = [](const Trajectory& t) { return t.covariance[0] + t.covariance[9] + t.covariance[17]; };
+  EXPECT_LT(variance(joint.back()), variance(joint_before.back()));
+
+  int biases = 0;
+  for (const SensorBias& bias : out.of<SensorBias>()) {
+    if (bias.sensor != range.angle_sensors[0].id) continue;
+    ++biases;
+    EXPECT_EQ(bias.method, Name("joint"));
+    EXPECT_EQ(bias.terms, 2);
+    EXPECT_EQ(bias.term[0], BiasTerm::OffsetAzimuth);
+    EXPECT_EQ(bias.term[1], BiasTerm::OffsetElevation);
+  }
+  EXPECT_GT(biases, 100);
+
+  std::uint64_t accepted = 0;
+  for (const SourceHealth& h : out.of<SourceHealth>()) {
+    if (h.sensor != range.angle_sensors[0].id) continue;
+    accepted = h.count[static_cast<std::size_t>(Reason::Accepted)];
+    EXPECT_EQ(h.count[static_cast<std::size_t>(Reason::Gated)], 0u);
+  }
+  EXPECT_GT(accepted, 100u);
+
+  // A method of radars alone does not count them as gated either.
+  range.fuse.methods = {"song2015"};
+  for (const SourceHealth& h : run(range, events).of<SourceHealth>()) {
+    if (h.sensor != range.angle_sensors[0].id) continue;
+    EXPECT_EQ(h.count[static_cast<std::size_t>(Reason::Gated)], 0u);
+  }
+}
+
 TEST(Engine, AbsurdInputLeavesNoTrace) {
   const RangeConfig range = small_range();
   const auto events = small_flight(range, 20, 8);

@@ -11,6 +11,7 @@
 namespace downrange {
 namespace {
 
+using test::angles_at;
 using test::deg;
 using test::fix_at;
 using test::plot_at;
@@ -83,6 +84,54 @@ TEST(Ingest, GpsReasons) {
     c.change(f);
     EXPECT_EQ(ingest.judge(f).verdict, c.expected) << c.what;
   }
+}
+
+TEST(Ingest, AngleReasons) {
+  RangeConfig range = test::small_range();
+  range.angle_sensors = {test::small_tracker()};
+  struct Case {
+    const char* what;
+    std::function<void(AngleTspi&)> change;
+    Reason expected;
+  };
+  const std::vector<Case> cases{
+      {"good", [](AngleTspi&) {}, Reason::Accepted},
+      {"sensor", [](AngleTspi& a) { a.sensor = "nobody"; }, Reason::UnknownSource},
+      {"a radar's name", [](AngleTspi& a) { a.sensor = "goheung"; }, Reason::UnknownSource},
+      {"target", [](AngleTspi& a) { a.target = "nobody"; }, Reason::UnknownSource},
+      {"live input to a simulated node", [](AngleTspi& a) { a.simulated = false; }, Reason::SimulatedMismatch},
+      {"mode", [](AngleTspi& a) { a.mode = TrackMode::Acquire; }, Reason::NotTracking},
+      {"NaN azimuth", [](AngleTspi& a) { a.azimuth_rad = std::nan(""); }, Reason::NotFinite},
+      {"infinite elevation", [](AngleTspi& a) { a.elevation_rad = INFINITY; }, Reason::NotFinite},
+      {"below the horizon", [](AngleTspi& a) { a.elevation_rad = -0.01; }, Reason::OutOfLimits},
+      {"beyond the zenith", [](AngleTspi& a) { a.elevation_rad = 91 * deg; }, Reason::OutOfLimits},
+      {"too late", [](AngleTspi& a) { a.received = a.epoch + milliseconds(5001); }, Reason::TooLate},
+      {"from the future", [](AngleTspi& a) { a.received = a.epoch - milliseconds(101); }, Reason::FromFuture},
+  };
+  for (const Case& c : cases) {
+    Ingest ingest(range);
+    AngleTspi a = angles_at(range.angle_sensors[0], 30, 1);
+    c.change(a);
+    const Observation o = ingest.judge(a);
+    EXPECT_EQ(o.verdict, c.expected) << c.what;
+    EXPECT_EQ(o.kind, ObservationKind::Angles);
+    EXPECT_EQ(o.measured.range_m, 0);
+  }
+  Ingest ingest(range);
+  AngleTspi west = angles_at(range.angle_sensors[0], 30, 1);
+  west.azimuth_rad = -10 * deg;
+  const Observation accepted = ingest.judge(west);
+  EXPECT_NEAR(accepted.measured.azimuth_rad, 350 * deg, 1e-12);
+  EXPECT_EQ(ingest.judge(west).verdict, Reason::Duplicate);
+  AngleTspi stepped = angles_at(range.angle_sensors[0], 29.5, 2, 0.6);
+  EXPECT_EQ(ingest.judge(stepped).verdict, Reason::ClockStep);
+
+  // At a centre, once more.
+  EXPECT_EQ(Ingest(range).judge(accepted).verdict, Reason::Accepted);
+  EXPECT_EQ(Ingest(test::small_range()).judge(accepted).verdict, Reason::UnknownSource);
+  Observation broken = accepted;
+  broken.measured.elevation_rad = std::nan("");
+  EXPECT_EQ(Ingest(range).judge(broken).verdict, Reason::NotFinite);
 }
 
 TEST(Ingest, DoublesWhateverTheStation) {

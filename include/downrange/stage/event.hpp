@@ -33,6 +33,19 @@ struct RadarTspi {
   bool simulated = false;
 };
 
+/// Where a telemetry antenna or an optical tracker saw a target: no range. measured = true + bias + noise.
+struct AngleTspi {
+  Name sensor;
+  Name target;
+  std::uint64_t sequence = 0;  ///< counts up per sensor
+  Time epoch;
+  Time received;
+  double azimuth_rad = 0;
+  double elevation_rad = 0;
+  TrackMode mode = TrackMode::Track;
+  bool simulated = false;
+};
+
 /// A vehicle's own GPS fix as one telemetry ground station relayed it (quick look message).
 struct GpsFix {
   Name target;
@@ -63,8 +76,8 @@ struct MissionEvent {
   bool simulated = false;
 };
 
-/// Which of an observation's payloads is valid.
-enum class ObservationKind : std::uint8_t { Radar, Gps };
+/// Which of an observation's payloads is valid. Order is the wire's: append only.
+enum class ObservationKind : std::uint8_t { Radar, Gps, Angles };
 
 /// Why an observation was accepted or not. Order is the wire's: append only.
 enum class Reason : std::uint8_t {
@@ -73,7 +86,7 @@ enum class Reason : std::uint8_t {
   SimulatedMismatch,  ///< simulated input to a live node, or the reverse
   NotFinite,          ///< NaN or infinity in a used field
   OutOfLimits,        ///< outside the instrument's range or elevation, or no place for a vehicle
-  NotTracking,        ///< radar not in track mode, receiver without a three-dimensional fix
+  NotTracking,        ///< radar or tracker not in track mode, receiver without a three-dimensional fix
   TooLate,            ///< older than fuse.history_s
   FromFuture,         ///< epoch beyond received + ingest.max_future_ms
   Duplicate,          ///< same target, receiver and epoch (+- 1 ms)
@@ -89,14 +102,14 @@ inline constexpr std::size_t reason_count = 12;
 struct Observation {
   ObservationKind kind = ObservationKind::Radar;
   Reason verdict = Reason::Accepted;
-  Name sensor;  ///< radar, or the telemetry station that relayed the fix
+  Name sensor;  ///< radar, angles-only tracker, or the telemetry station that relayed the fix
   Name target;
   Name receiver;  ///< GPS only
   std::uint64_t sequence = 0;
   std::uint64_t step = 0;  ///< of the range clock; 0 on the wall clock
   Time epoch;
   Time received;
-  Polar measured;           ///< Radar
+  Polar measured;           ///< Radar; Angles without the range, which is 0
   Position<Ecef> position;  ///< Gps
   Velocity<Ecef> velocity;  ///< Gps, where velocity_valid
   bool velocity_valid = false;
@@ -106,7 +119,7 @@ struct Observation {
   bool simulated = false;  ///< the flag of the message it came from
 };
 
-using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation>;
+using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation, AngleTspi>;
 
 [[nodiscard]] Time received_of(const Event& event);
 void set_received(Event& event, Time received);

@@ -67,6 +67,25 @@ struct RadarConfig {
   double elevation_max_rad = std::numbers::pi / 2;
 };
 
+/// A telemetry antenna or an optical tracker that tells the direction it follows.
+struct AngleSensorConfig {
+  Name id;
+  Site site;
+  double sigma_azimuth_rad = 0;  ///< instrument noise, 1-sigma
+  double sigma_elevation_rad = 0;
+  bool azimuth_sigma_on_sky = false;  ///< as RadarConfig, the next two likewise
+  double angle_inflation = 4;
+  double refractivity = 0;
+  double rate_hz = 10;
+  double elevation_min_rad = 0;
+  double elevation_max_rad = std::numbers::pi / 2;
+  double bias_prior_rad = 0.2 * std::numbers::pi / 180;  ///< offset of each angle before any data, 1-sigma
+  double bias_drift_rad_sqrt_s = 0;
+};
+
+/// The offsets of both angles.
+[[nodiscard]] BiasModel bias_model_of(const AngleSensorConfig& config);
+
 /// A telemetry ground station: relays GPS fixes.
 struct TelemetryConfig {
   Name id;
@@ -147,6 +166,7 @@ struct RangeConfig {
   int leap_seconds = 18;
   std::vector<TargetConfig> targets;
   std::vector<RadarConfig> radars;
+  std::vector<AngleSensorConfig> angle_sensors;
   std::vector<TelemetryConfig> telemetry;
   std::vector<AntennaConfig> antennas;
   GpsConfig gps;

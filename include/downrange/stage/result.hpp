@@ -53,8 +53,9 @@ struct Trajectory {
   double speed_m_s = 0;        ///< relative to the Earth
   double flight_path_rad = 0;  ///< up from the local horizontal
   double heading_rad = 0;      ///< clockwise from north, [0, 2 pi)
-  std::uint64_t sources = 0;   ///< bit i: i-th configured radar contributed within the last second
-  double nis = 0;              ///< of the newest measurement, chi2 with nis_dof degrees of freedom
+  std::uint64_t sources =
+      0;           ///< bit i: i-th configured radar, trackers behind them, contributed within the last second
+  double nis = 0;  ///< of the newest measurement, chi2 with nis_dof degrees of freedom
   int nis_dof = 0;
 };
 

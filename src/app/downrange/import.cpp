@@ -64,8 +64,8 @@ int import(const Options& o) {
 
 void add_import(CLI::App& app, Run& run) {
   auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("import", "Import CSV files of radar plots and GPS fixes, by a declared mapping");
+  CLI::App* command = app.add_subcommand(
+      "import", "Import CSV files of radar plots, tracker angles and GPS fixes, by a declared mapping");
   command->add_option("MAPPING", o->mapping, "Which column means what, e.g. tools/imports/falcon9_crs11.toml")
       ->required();
   command->add_option("--out", o->out, "Archive to write (.mcap)")->required();

@@ -58,7 +58,8 @@ int simulate(const Options& o) {
               << "marked as simulated, and ingest.expect_simulated is the opposite: every one will be rejected\n";
   const sim::Simulation flight(scenario, o.seed.value_or(scenario.seed));
   std::cerr << "scenario " << scenario.name.view() << ": " << flight.events().size() << " messages of "
-            << scenario.radars.size() << " radars and " << scenario.stations.size() << " telemetry stations\n";
+            << scenario.radars.size() << " radars, " << scenario.angle_sensors.size() << " angle sensors and "
+            << scenario.stations.size() << " telemetry stations\n";
 
   if (!o.truth.empty() && write_truth(flight, scenario, o.truth, o.files.overwrite(o.truth)) != exit_ok)
     return exit_failed;

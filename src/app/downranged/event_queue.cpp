@@ -8,6 +8,7 @@ Name source_of(const Event& event) {
   struct Source {
     Name operator()(const MissionEvent& e) const { return e.mission; }
     Name operator()(const RadarTspi& e) const { return e.sensor; }
+    Name operator()(const AngleTspi& e) const { return e.sensor; }
     Name operator()(const GpsFix& e) const { return e.station; }
     Name operator()(const Observation& e) const { return e.sensor; }
   };

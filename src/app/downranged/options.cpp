@@ -48,7 +48,9 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   std::string archive;
   std::vector<std::string> set;
   app.add_option("--stages", stages, "stages to run, of ingest,align,fuse,slave")->delimiter(',')->type_name("A,B");
-  app.add_option("--sources", sources, "radars and stations that ingest takes")->delimiter(',')->type_name("A,B");
+  app.add_option("--sources", sources, "radars, trackers and stations that ingest takes")
+      ->delimiter(',')
+      ->type_name("A,B");
   app.add_option("--archive", archive, "record to this folder, or to this file *.mcap")->type_name("PATH");
   app.add_option("--set", set, "replace any key, e.g. ingest.expect_simulated=true")->type_name("KEY=VALUE");
 
