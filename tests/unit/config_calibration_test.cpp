@@ -34,7 +34,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 SensorBias drawn_bias(const char* sensor, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  const BiasModel model = bias_model_of({});
+  const BiasModel model = bias_model_of(BiasConfig{});
   SensorBias bias;
   bias.sensor = sensor;
   bias.method = "joint";
@@ -136,7 +136,7 @@ TEST_F(CalibrationFile, TermsThatItDoesNotHaveKeepTheConfiguredPrior) {
       "[[radar]]\nid = \"goheung\"\ncorrelation = [[1]]\n[[radar.term]]\nterm = \"offset_azimuth\"\n"
       "value_deg = -0.5\nsigma_deg = 0.01\n";
   const BiasModel model = bias_model_of(load(one).range.radars[0].bias);
-  const BiasModel plain = bias_model_of({});
+  const BiasModel plain = bias_model_of(BiasConfig{});
   const auto azimuth = static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth);
   for (const BiasTerm term : plain.terms) {
     const auto i = static_cast<Eigen::Index>(term);
