@@ -140,9 +140,9 @@ TEST(DdsMalformed, EnumeratorsOutOfRangeAndLiveSamplesFromARun) {
 
   wire::SensorBias bias;
   to_wire(sample_bias(), bias);
-  bias.terms(11);
+  bias.terms(max_bias_terms + 1);
   SensorBias read_bias;
-  EXPECT_EQ(from_wire(bias, read_bias), "terms is 11");
+  EXPECT_EQ(from_wire(bias, read_bias), "terms is 14");
 
   wire::Trajectory trajectory;
   to_wire(sample_trajectory(), trajectory);

@@ -89,7 +89,7 @@ TEST(Naro, ServiceIsExact) {
   EXPECT_EQ(config.range.tick, milliseconds(25));
   EXPECT_EQ(config.range.gps.sigma_horizontal_m, 5);
   EXPECT_EQ(config.range.gps.sigma_vertical_m, 8);
-  EXPECT_EQ(config.range.fuse.methods, (std::vector<Name>{"song2015", "uncorrected"}));
+  EXPECT_EQ(config.range.fuse.methods, (std::vector<Name>{"joint", "song2015", "uncorrected"}));
   EXPECT_EQ(config.range.fuse.history, milliseconds(5000));
   EXPECT_FALSE(config.range.ingest.expect_simulated);
   EXPECT_EQ(config.clock.mode, ClockMode::Wall);

@@ -17,6 +17,7 @@ constexpr Time liftoff{1'772'352'000'000'000'000};
 
 RangeConfig make_range() {
   RangeConfig range;
+  range.fuse.methods = {"song2015"};
   range.targets = {{"kslv"}};
   RadarConfig radar;
   radar.id = "goheung";
