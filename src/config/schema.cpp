@@ -47,7 +47,7 @@ Key<RadarConfig> bias_blocks_key() {
                                                                     {"sez_scale", BiasBlock::SezScale},
                                                                     {"time", BiasBlock::Time}};
   return {{"bias_blocks", R"(a list out of "polar", "sez_offset", "sez_scale", "time", each once, one or more)",
-           optional, "what the radar's bias is made of (joint, schmidt)"},
+           optional, "what the radar's bias is made of (joint, schmidt, ts)"},
           [](RadarConfig& radar, const toml::node& value) {
             const auto texts = read_texts(value);
             if (!texts || texts->empty()) return false;
@@ -87,7 +87,7 @@ void add_bias_sizes(std::vector<Key<RadarConfig>>& keys, const std::string& head
 /// A calibration's table; load puts it where the file has the name of another file.
 Key<RadarConfig> calibration_key() {
   return {{"calibration", "the path of a file as downrange report --calibration writes it, or its table of this radar",
-           optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (joint, schmidt)"},
+           optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (joint, schmidt, ts)"},
           [](RadarConfig& radar, const toml::node& value) {
             if (value.is_string()) return true;  // "", or a problem that load has reported
             const toml::table* table = value.as_table();
@@ -204,7 +204,7 @@ Section angle_sensor_section() {
   keys.push_back(number("bias_drift_angle_deg_sqrt_s", at(&A::bias_drift_rad_sqrt_s), {0, 20}, optional,
                         "offsets of azimuth and elevation: random walk"));
   return many<A>(
-      "angle_sensor", 0, "A telemetry antenna or optical tracker that tells the direction it follows (joint).",
+      "angle_sensor", 0, "A telemetry antenna or optical tracker that tells the direction it follows (joint, ts).",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.angle_sensors; },
       with_site<A>({id("id", at(&A::id), required, "sensor_id on the topics")}, std::move(keys)));
 }
@@ -277,7 +277,7 @@ Section align_section() {
       "align", "Estimation of the radars' biases.", [](ServiceConfig& c) -> A& { return c.range.align; },
       {
           flag("gps_error_states", at(&A::gps_error, &GpsErrorModel::enabled), optional,
-               "the receiver's position has a slowly varying error that is estimated (joint, schmidt)"),
+               "the receiver's position has a slowly varying error that is estimated (joint, schmidt, ts)"),
           number("gps_error_sigma_m", at(&A::gps_error, &GpsErrorModel::sigma_m), {1e-3, 1e4}, optional,
                  "size of that error, 1-sigma per axis; rather too large than too small"),
           number("gps_error_tau_s", at(&A::gps_error, &GpsErrorModel::tau_s), {0.1, 1e5}, optional,
@@ -289,7 +289,7 @@ Section align_section() {
           integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 9}, optional,
                   "later fixes that a smoothed plot waits for"),
           flag("no_gps", at(&A::no_gps, &NoGpsRegime::enabled), optional,
-               "until a target's first fix: smaller biases, wandering pointing (joint)"),
+               "until a target's first fix: smaller biases, wandering pointing (joint, ts)"),
           number("no_gps_offset_prior_m", at(&A::no_gps, &NoGpsRegime::offset_prior_m), {1e-3, 1e5}, optional,
                  "what an offset of range may be in that regime, 1-sigma"),
           number("no_gps_angle_prior_deg", at(&A::no_gps, &NoGpsRegime::angle_prior_rad), {1e-6, 20}, optional,

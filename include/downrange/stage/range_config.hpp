@@ -34,7 +34,7 @@ struct BiasCalibration {
 /// polar, sez_offset, time.
 [[nodiscard]] std::vector<BiasBlock> default_bias_blocks();
 
-/// What a radar's bias is made of (ALGORITHMS.md section 3), for the methods that leave it open (joint, schmidt).
+/// What a radar's bias is made of (ALGORITHMS.md section 3), for the methods that leave it open (joint, schmidt, ts).
 struct BiasConfig {
   std::vector<BiasBlock> blocks = default_bias_blocks();
   /// 1-sigma before any data.
