@@ -86,26 +86,27 @@ void add_bias_sizes(std::vector<Key<RadarConfig>>& keys, const std::string& head
 
 /// A calibration's table; load puts it where the file has the name of another file.
 Key<RadarConfig> calibration_key() {
-  return {{"calibration", "the path of a file as downrange report --calibration writes it, or its table of this radar",
-           optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (joint, schmidt, ts)"},
-          [](RadarConfig& radar, const toml::node& value) {
-            if (value.is_string()) return true;  // "", or a problem that load has reported
-            const toml::table* table = value.as_table();
-            if (table == nullptr) return false;
-            const auto calibration = read_calibration(*table, "", [](auto&&...) {});
-            if (calibration) radar.bias.calibration = *calibration;
-            return calibration.has_value();
-          },
-          [](const RadarConfig& radar) {
-            const BiasCalibration& calibration = radar.bias.calibration;
-            std::string text;
-            for (std::size_t i = 0; i < calibration.terms.size(); ++i) {
-              const auto k = static_cast<Eigen::Index>(i);
-              text += (i == 0 ? "" : ", ") + std::string(to_string(calibration.terms[i])) + ' ' +
-                      show_number(calibration.mean[k]) + " +- " + show_number(std::sqrt(calibration.cov(k, k)));
-            }
-            return show_text(text);
-          }};
+  return {
+      {"calibration", "the path of a file as downrange report --calibration writes it, or its table of this radar",
+       optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (joint, schmidt, ts)"},
+      [](RadarConfig& radar, const toml::node& value) {
+        if (value.is_string()) return true;  // "", or a problem that load has reported
+        const toml::table* table = value.as_table();
+        if (table == nullptr) return false;
+        const auto calibration = read_calibration(*table, "", [](auto&&...) {});
+        if (calibration) radar.bias.calibration = *calibration;
+        return calibration.has_value();
+      },
+      [](const RadarConfig& radar) {
+        const BiasCalibration& calibration = radar.bias.calibration;
+        std::string text;
+        for (std::size_t i = 0; i < calibration.terms.size(); ++i) {
+          const auto k = static_cast<Eigen::Index>(i);
+          text += (i == 0 ? "" : ", ") + std::string(to_string(calibration.terms[i])) + ' ' +
+                  show_number(calibration.mean[k]) + " +- " + show_number(std::sqrt(calibration.cov(k, k)));
+        }
+        return show_text(text);
+      }};
 }
 
 std::vector<Key<RadarConfig>> bias_keys() {

@@ -135,7 +135,7 @@ struct AlignConfig {
 };
 
 struct FuseConfig {
-  std::vector<Name> methods{"joint"};       ///< side by side; slaving follows the first
+  std::vector<Name> methods{"joint"};          ///< side by side; slaving follows the first
   Duration history = milliseconds(5000);       ///< how late a measurement may be
   Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
   double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
