@@ -169,13 +169,14 @@ struct Bank {
   Vec<ModelSet::max_models> probability = Vec<ModelSet::max_models>::UnitX();
 };
 
-/// What one measurement says of the motion of a target that nothing is known of yet. Of a plot: with the bias (indexed by
-/// BiasTerm) taken out, and its noise only; what is not known of the bias is for `tie_to_bias`.
+/// What one measurement says of the motion of a target that nothing is known of yet. Of a plot: with the bias (indexed
+/// by BiasTerm) taken out, and its noise only; what is not known of the bias is for `tie_to_bias`.
 [[nodiscard]] Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings,
                                        const Vec<bias_term_count>& bias);
 
-/// A motion made of a radar's plot alone is wrong by that radar's bias: the position gets what is not known of the bias,
-/// and the covariance with it. Taken as independent, one target would claim to have learnt the offsets by its own start.
+/// A motion made of a radar's plot alone is wrong by that radar's bias: the position gets what is not known of the
+/// bias, and the covariance with it. Taken as independent, one target would claim to have learnt the offsets by its own
+/// start.
 void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block);
 
 /// The motion of every model from a position, velocity and acceleration; a ballistic one's specific force is its prior.
