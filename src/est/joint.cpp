@@ -158,7 +158,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
     const Gaussian<9> motion = combined_motion(t.bank, models(t), motion_at, 0);
     remember(t.last_fix, m, motion.mean.segment<3>(3), motion.cov.block<3, 3>(3, 3));
   }
-  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome.verdict);
+  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
   if (outcome.verdict != Verdict::Accepted) {
     after_rejection(s, m, outcome.verdict);
     return outcome;
@@ -235,8 +235,7 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, dou
     t.manoeuvre.update<M>(jacobian[0], evidence[0]);
     t.manoeuvre.decide(t.bank.mode[0], motion_at, t.epoch);
   }
-  const Vec<M> normalised = nu.cwiseQuotient(S.diagonal().cwiseSqrt());
-  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, nis / M);
+  note_innovation<M>(account, nu, S, nis);
   return outcome;
 }
 
@@ -263,7 +262,7 @@ Outcome Joint::leave_regime(State& s, const Measurement& m) const {
   } else {
     t.candidate_fix = m;
   }
-  return {.verdict = Verdict::Accepted, .nis = 0, .dof = 3};
+  return {};
 }
 
 Outcome Joint::apply_plot(State& s, const Measurement& m) const {

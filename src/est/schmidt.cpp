@@ -160,7 +160,7 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
   const bool gps = m.kind == Measurement::Kind::Gps;
   const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
   const std::size_t source = static_cast<std::size_t>(m.source) + (gps ? settings_.radars.size() : 0);
-  count(s.accounts[source], outcome.verdict);
+  count(s.accounts[source], outcome);
   return outcome;
 }
 
@@ -185,8 +185,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
     h.x.noalias() += K * own.nu;
     take_with_gain<M>(h, K, cross(own), own.S);
   }
-  const Vec<M> normalised = e.nu.cwiseQuotient(e.S.diagonal().cwiseSqrt());
-  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, e.nis / M);
+  note_innovation<M>(account, e.nu, e.S, e.nis);
   return outcome;
 }
 
@@ -313,8 +312,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   if (outcome.verdict != Verdict::Accepted) return outcome;
   reweigh(t.bank, log_likelihoods);
   const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
-  const Vec<3> normalised = shown.nu.cwiseQuotient(shown.S.diagonal().cwiseSqrt());
-  account.residual.add(normalised.mean(), normalised.squaredNorm() / 3, shown.nis / 3);
+  note_innovation<3>(account, shown.nu, shown.S, shown.nis);
   return outcome;
 }
 

@@ -24,12 +24,6 @@ Mat<3, 6> bias_matrix(const Vec<3>& z_sez) {
   return C;
 }
 
-template <int N, int M>
-void note_residual(SourceAccount& account, const Update<N, M>& u) {
-  const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
-  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
-}
-
 double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
 
 void add_knot(GpsTrack& gps) {
@@ -99,8 +93,9 @@ Outcome Song2015::apply_fix(State& state, const Measurement& m) const {
   GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
   SourceAccount& account = state.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
   if (gps.started && is_frozen(m, gps.last_fix)) {
-    count(account, Verdict::Frozen);
-    return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+    const Outcome frozen{.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+    count(account, frozen);
+    return frozen;
   }
   const Outcome outcome = follow_fix(gps, account, m);
   if (settings_.gps_alignment.smooth && outcome.verdict == Verdict::Accepted) release_held(state, gps);
@@ -112,7 +107,7 @@ Outcome Song2015::follow_fix(GpsTrack& gps, SourceAccount& account, const Measur
   // A track too old to serve as reference is no judge of the receiver that returns either.
   if (!gps.started || m.epoch - gps.epoch > settings_.gps_max_age) {
     start_gps(gps, m);
-    count(account, Verdict::Accepted);
+    count(account, {});
     return {};
   }
   const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
@@ -121,7 +116,7 @@ Outcome Song2015::follow_fix(GpsTrack& gps, SourceAccount& account, const Measur
   const auto take = [&](const auto& u) {
     outcome = {.verdict = u.verdict, .nis = u.nis, .dof = static_cast<int>(u.innovation.size())};
     if (outcome.verdict != Verdict::Accepted) return;
-    note_residual(account, u);
+    note_innovation(account, u.innovation, u.S, u.nis);
     gps.state = u.posterior;
     gps.epoch = m.epoch;
     gps.rejected_in_row = 0;
@@ -144,7 +139,7 @@ Outcome Song2015::follow_fix(GpsTrack& gps, SourceAccount& account, const Measur
     start_gps(gps, m);
     outcome.verdict = Verdict::Accepted;
   }
-  count(account, outcome.verdict);
+  count(account, outcome);
   return outcome;
 }
 
@@ -189,15 +184,15 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
 
   if (!track.started) {
     start_track(track, m, z);
-    count(account, Verdict::Accepted);
+    count(account, {});
     return {};
   }
   const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings_.q_m2_s3);
   const auto gate_check = kalman_update<6, 3>(predicted, z.z - H * predicted.mean, H, z.R, gate3_);
   const Outcome outcome{.verdict = gate_check.verdict, .nis = gate_check.nis, .dof = 3};
-  count(account, outcome.verdict);
+  count(account, outcome);
   if (outcome.verdict == Verdict::Accepted) {
-    note_residual(account, gate_check);
+    note_innovation(account, gate_check.innovation, gate_check.S, gate_check.nis);
     fuse_into(track, m, z);
     track.nis = outcome.nis;
     return outcome;

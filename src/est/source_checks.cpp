@@ -44,8 +44,10 @@ std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
   return mask;
 }
 
-void count(SourceAccount& account, Verdict verdict) {
-  switch (verdict) {
+void count(SourceAccount& account, const Outcome& outcome) {
+  const bool weighed = outcome.verdict == Verdict::Accepted || outcome.verdict == Verdict::Gated;
+  if (weighed && outcome.dof > 0) account.mismatch.add(outcome.nis, outcome.dof);
+  switch (outcome.verdict) {
     case Verdict::Accepted:
       ++account.accepted;
       account.rejected_in_row = 0;

@@ -31,14 +31,8 @@ BiasLayout layout_of(const MethodSettings& settings) {
 }
 
 template <int M>
-void note_residual(SourceAccount& account, const TwoStageUpdate<M>& u) {
-  const Vec<M> normalised = u.innovation.cwiseQuotient(u.S.diagonal().cwiseSqrt());
-  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, u.nis / M);
-}
-
-template <int M>
 Outcome outcome_of(SourceAccount& account, const TwoStageUpdate<M>& u) {
-  if (u.verdict == Verdict::Accepted) note_residual(account, u);
+  if (u.verdict == Verdict::Accepted) note_innovation<M>(account, u.innovation, u.S, u.nis);
   return {.verdict = u.verdict, .nis = u.nis, .dof = M};
 }
 
@@ -195,7 +189,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
     const Gaussian<N> x = compensated(t.track, s.bias);
     remember(t.last_fix, m, x.mean.template segment<3>(3), x.cov.template block<3, 3>(3, 3));
   }
-  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome.verdict);
+  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
   if (outcome.verdict != Verdict::Accepted) {
     after_rejection(s, m, outcome.verdict);
     return outcome;

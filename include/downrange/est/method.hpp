@@ -79,6 +79,7 @@ struct SourceAccount {
   std::uint64_t frozen = 0;
   int rejected_in_row = 0;
   RunningResidual residual;
+  MismatchAlarm mismatch;  ///< share of NIS inside 95 %; rings where the source's model is wrong
 };
 
 /// One radar, or one angles-only tracker, as the filters see it.

@@ -1,6 +1,6 @@
 #pragma once
-/// What every method asks of a source: GPS noise, the frozen receiver, the account of verdicts, the state of bias
-/// terms.
+/// What every method asks of a source: GPS noise, the frozen receiver, the account of verdicts and innovations, the
+/// state of bias terms.
 
 #include <downrange/est/method.hpp>
 #include <span>
@@ -35,8 +35,16 @@ void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocit
 /// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
 [[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);
 
-/// Counts a verdict.
-void count(SourceAccount& account, Verdict verdict);
+/// Counts what became of one measurement. What was weighed (dof > 0) tells the mismatch alarm, the gated ones too: of a
+/// wrong model they are the evidence.
+void count(SourceAccount& account, const Outcome& outcome);
+
+/// The innovation of an accepted measurement, with its covariance, into the running statistics.
+template <int M>
+void note_innovation(SourceAccount& account, const Vec<M>& nu, const Mat<M, M>& S, double nis) {
+  const Vec<M> normalised = nu.cwiseQuotient(S.diagonal().cwiseSqrt());
+  account.residual.add(normalised.mean(), normalised.squaredNorm() / M, nis / M);
+}
 
 /// State of each term: frozen, or not observable (sigma above 0.7 of its prior, or correlation above 0.99 with another
 /// term), or converged (below 0.2 of its prior), else estimating. `prior_sigma` holds `terms` entries.
