@@ -19,6 +19,12 @@ RadarBlock block_of(const BiasModel& model, int at) {
 
 Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
 
+/// What is symmetric but for rounding, to the bit: nothing later mends it.
+template <class Square>
+void mirror(Square&& P) {
+  P.template triangularView<Eigen::StrictlyUpper>() = P.transpose();
+}
+
 }  // namespace
 
 Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
@@ -78,7 +84,7 @@ void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>&
   h.x.segment(at, n) = mean;
   h.P.middleRows(at, n).setZero();
   h.P.middleCols(at, n).setZero();
-  h.P.block(at, at, n, n) = cov;
+  h.P.block(at, at, n, n) = cov.selfadjointView<Eigen::Lower>();
 }
 
 void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime) {
@@ -109,6 +115,7 @@ void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt) 
     for (int column = 0; column < 3; ++column)
       P.block<3, 3>(at + 3 * row, at + 3 * column).diagonal().array() += Q(row, column);
   }
+  mirror(P.block<9, 9>(at, at));
   const Eigen::Index before = at;
   const Eigen::Index after = P.rows() - at - 9;
   P.block(at, 0, 9, before) = P.block(0, at, before, 9).transpose();
@@ -191,6 +198,7 @@ void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const Ra
       -by_position.solve(l.H.of_radar.leftCols(block.size()));
   h.P.middleRows<3>(motion_at) += dp_db * h.P.middleRows(block.at, block.size());
   h.P.middleCols<3>(motion_at) += h.P.middleCols(block.at, block.size()) * dp_db.transpose();
+  mirror(h.P);
   // Where the target was within a time tag of unknown size, at a velocity that is not known either.
   for (int i = 0; i < block.terms; ++i) {
     if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
@@ -225,14 +233,20 @@ void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion
   for (int to = 0; to < bank.count; ++to) {
     Hypothesis& out = scratch.mode[static_cast<std::size_t>(to)];
     out.x.setZero(n);
-    out.P.setZero(n, n);
+    out.P.resize(n, n);
     for (int from = 0; from < bank.count; ++from)
       out.x += mixing.weights(from, to) * bank.mode[static_cast<std::size_t>(from)].x;
+    std::array<Columns<1>, ModelSet::max_models> apart;  // times the root of the weight
     for (int from = 0; from < bank.count; ++from) {
-      const Hypothesis& h = bank.mode[static_cast<std::size_t>(from)];
-      const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_states, 1> d = h.x - out.x;
-      out.P += mixing.weights(from, to) * h.P;
-      out.P.noalias() += mixing.weights(from, to) * d * d.transpose();
+      const auto k = static_cast<std::size_t>(from);
+      apart[k] = std::sqrt(mixing.weights(from, to)) * (bank.mode[k].x - out.x);
+    }
+    for (Eigen::Index j = 0; j < n; ++j) {
+      out.P.col(j) = mixing.weights(0, to) * bank.mode[0].P.col(j) + apart[0] * apart[0][j];
+      for (int from = 1; from < bank.count; ++from) {
+        const auto k = static_cast<std::size_t>(from);
+        out.P.col(j) += mixing.weights(from, to) * bank.mode[k].P.col(j) + apart[k] * apart[k][j];
+      }
     }
     if (to == set.ballistic) {
       // The other models' specific force is nothing that a ballistic one could have: it enters as zero with its prior.

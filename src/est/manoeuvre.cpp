@@ -6,6 +6,17 @@ namespace {
 /// Scans of the federated paper are a second; onsets are tried, and decisions taken, twice as often.
 constexpr Duration scan = milliseconds(500);
 
+constexpr VdieSettings settings;
+/// Quantiles of the significance of an acceleration, found once.
+double quiet_significance() {
+  static const double quantile = chi2_quantile(settings.quiet_probability, 3);
+  return quantile;
+}
+double detection_significance() {
+  static const double quantile = chi2_quantile(settings.detection_probability, 3);
+  return quantile;
+}
+
 }  // namespace
 
 void Manoeuvre::clear() {
@@ -29,19 +40,17 @@ void Manoeuvre::decide(Hypothesis& h, int motion_at, Time t) {
   const Time due = ceil_to_grid(decided_ + Duration{1}, scan);
   if (t < due) return;
   decided_ = t;
-  const VdieSettings settings;
   const int a = motion_at + 6;
   if (open_) {
     const Vec<3> u = h.x.segment<3>(a);
     const double significance = u.dot(h.P.block<3, 3>(a, a).llt().solve(u));
-    quiet_in_row_ = significance <= chi2_quantile(settings.quiet_probability, 3) ? quiet_in_row_ + 1 : 0;
+    quiet_in_row_ = significance <= quiet_significance() ? quiet_in_row_ + 1 : 0;
     if (quiet_in_row_ < settings.quiet_scans) return;
     const Vec<3> none = Vec<3>::Zero();
     const Mat<3, 3> certain = Mat<3, 3>::Zero();
     reset_block(h, a, none, certain);
     clear();
-  } else if (const auto found = hypotheses_.best();
-             found && found->significance > chi2_quantile(settings.detection_probability, 3)) {
+  } else if (const auto found = hypotheses_.best(); found && found->significance > detection_significance()) {
     const Transfer& W = hypotheses_.transfer(found->hypothesis);
     const Columns<3> cross = W * found->R_u;
     h.x.noalias() += W * found->u;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <downrange/est/schmidt.hpp>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,35 +12,54 @@ namespace {
 
 constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
 
-/// What is corrected: rows of the gain that are not zero.
-struct Rows {
-  int at = 0;
-  int size = 0;
-};
-
-/// K = P H' S^-1 in the given rows, zero elsewhere.
+/// A fix corrects what stands from `at` on; what stands before is considered: it keeps mean and covariance, and what it
+/// has in common with the rest shrinks with it.
 template <int M>
-Columns<M> masked_gain(const Evidence<M>& e, std::initializer_list<Rows> corrected) {
-  const Columns<M> K = gain(e);
-  Columns<M> masked = Columns<M>::Zero(K.rows(), M);
-  for (const Rows& rows : corrected) masked.middleRows(rows.at, rows.size) = K.middleRows(rows.at, rows.size);
-  return masked;
+void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
+  const Eigen::Index corrected = h.x.size() - at;
+  const auto W = e.W.bottomRows(corrected);
+  const auto considered = e.W.topRows(at);
+  h.x.tail(corrected) += W.lazyProduct(e.whitened);
+  subtract_product(h.P.bottomRightCorner(corrected, corrected), W, W);
+  subtract_product(h.P.topRightCorner(at, corrected), considered, W);
+  h.P.bottomLeftCorner(corrected, at) = h.P.topRightCorner(at, corrected).transpose();
 }
 
-/// P H' from the evidence, W L'.
-template <int M>
-Columns<M> cross(const Evidence<M>& e) {
-  return e.W * Mat<M, M>(Eigen::LLT<Mat<M, M>>(e.S).matrixL()).transpose();
-}
-
-/// (I - K H) P (I - K H)' + K R K' for any gain K, with PHt = P H' and S = H P H' + R: P - K (P H')' - (P H') K' + K S
-/// K'.
-template <int M>
-void take_with_gain(Hypothesis& h, const Columns<M>& K, const Columns<M>& PHt, const Mat<M, M>& S) {
-  const Columns<M> half = PHt - K * (S / 2);
-  h.P.noalias() -= K * half.transpose();
-  h.P.noalias() -= half * K.transpose();
-  h.P.triangularView<Eigen::StrictlyUpper>() = h.P.transpose();
+/// One plot of noise R, compared with the fused track (`f`, Jacobian H_f) and with the GPS track (`g`): the former
+/// corrects the fused track A where `follows`, the latter the biases B where `learns`, and the GPS track G between them
+/// keeps what it is. With K = [W_fA L_f^-1; 0; W_gB L_g^-1] in (I - K H) P (I - K H)' + K R K':
+///
+///   P_AA - W_fA W_fA'    P_GA - W_fG W_fA'    P_BB - W_gB W_gB'    P_BG - W_gB W_gG'
+///   P_BA - W_fB W_fA' - W_gB W_gA' + W_gB C' W_fA',  C = L_f^-1 (H_f P H_g' + R) L_g^-T
+void take_both(Hypothesis& h, const Evidence<3>& f, const BlockJacobian<3>& H_f, bool follows, const Evidence<3>& g,
+               bool learns, const Mat<3, 3>& R) {
+  constexpr int a = Schmidt::fused_at;
+  constexpr int gps = Schmidt::gps_at;
+  constexpr int b = Schmidt::first_radar_at;
+  const Eigen::Index biases = h.x.size() - b;
+  const Mat<9, 3> W_fA = f.W.middleRows<9>(a);
+  auto P_BA = h.P.block(b, a, biases, 9);
+  if (follows) {
+    h.x.segment<9>(a) += W_fA * f.whitened;
+    subtract_product(h.P.block<9, 9>(a, a), W_fA, W_fA);
+    subtract_product(h.P.block<12, 9>(gps, a), f.W.middleRows<12>(gps), W_fA);
+    subtract_product(P_BA, f.W.bottomRows(biases), W_fA);
+  }
+  if (learns) {
+    const auto W_gB = g.W.bottomRows(biases);
+    h.x.tail(biases) += W_gB.lazyProduct(g.whitened);
+    subtract_product(h.P.bottomRightCorner(biases, biases), W_gB, W_gB);
+    subtract_product(h.P.block(b, gps, biases, 12), W_gB, g.W.middleRows<12>(gps));
+    h.P.block(gps, b, 12, biases) = h.P.block(b, gps, biases, 12).transpose();
+    Mat<9, 3> of_A = g.W.middleRows<9>(a);
+    if (follows) {
+      const Mat<3, 3> R_L = g.L.triangularView<Eigen::Lower>().solve(R).transpose();  // R L_g^-T
+      const Mat<3, 3> C = f.L.triangularView<Eigen::Lower>().solve(observe(H_f, g.W) + R_L);
+      of_A -= W_fA * C;
+    }
+    subtract_product(P_BA, W_gB, of_A);
+  }
+  h.P.block(a, gps, 9, h.x.size() - gps) = h.P.block(gps, a, h.x.size() - gps, 9).transpose();
 }
 
 }  // namespace
@@ -49,9 +69,11 @@ Schmidt::Schmidt(MethodSettings settings)
       models_(model_set(settings_)),
       gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
       layout_(bias_layout(settings_.radars, first_radar_at)),
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
       gate3_(chi2_quantile(settings_.gate_probability, 3)),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
-  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states)
+  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
+      first_radar_at + layout_without_gps_.size > max_states)
     throw std::invalid_argument("method schmidt takes at most " + std::to_string(max_radars) + " radars");
 }
 
@@ -66,17 +88,31 @@ Schmidt::State Schmidt::initial() const {
   return s;
 }
 
-void Schmidt::size_state(Target& t, Time epoch) const {
-  if (t.has_state) return;
+void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
   t.has_state = true;
+  t.without_gps = without_gps;
   t.epoch = t.mixed = epoch;
   t.bank.count = models_.count;
   t.bank.probability = models_.initial_probability;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    h.x.setZero(first_radar_at + layout_.size);
+    h.x.setZero(first_radar_at + layout(t).size);
     h.P.setZero(h.x.size(), h.x.size());
-    for (const RadarBlock& block : layout_.radars) reset_bias(h, block, settings_.no_gps);
+    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block, settings_.no_gps);
+  }
+}
+
+void Schmidt::leave_regime(Target& t) const {
+  const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
+  const Vec<12> gps = t.bank.mode[0].x.segment<12>(gps_at);
+  const Mat<12, 12> P_gps = t.bank.mode[0].P.block<12, 12>(gps_at, gps_at);
+  size_state(t, t.epoch, false);
+  if (t.fused_started) set_motion(t.bank, models_, fused_at, motion);
+  const auto newest = static_cast<std::size_t>(std::ranges::max_element(t.contributed) - t.contributed.begin());
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    reset_block(h, gps_at, gps, P_gps);
+    if (t.fused_started) tie_to_bias(h, fused_at, settings_.radars[newest], layout_.radars[newest]);
   }
 }
 
@@ -90,7 +126,7 @@ void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) cons
 
 void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
   const auto source = static_cast<std::size_t>(plot.source);
-  const RadarBlock& block = layout_.radars[source];
+  const RadarBlock& block = layout(t).radars[source];
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
   start_fused(t, plot.epoch, first_motion(plot, settings_, block.bias(known.x)));
   for (int i = 0; i < t.bank.count; ++i)
@@ -113,7 +149,7 @@ void Schmidt::start_gps(Target& t, const Measurement& m) const {
 
 void Schmidt::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
   Target& t = s.targets[static_cast<std::size_t>(target)];
-  size_state(t, epoch);
+  size_state(t, epoch, false);
   start_fused(t, epoch, estimate);
 }
 
@@ -140,7 +176,7 @@ void Schmidt::predict(Target& t, Time to) const {
     }
     if (settings_.gps_error.enabled && t.gps_started)
       predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
-    predict_bias(h, layout_, settings_.no_gps, dt);
+    predict_bias(h, layout(t), settings_.no_gps, dt);
   }
 }
 
@@ -155,7 +191,7 @@ bool Schmidt::has_reference(const Target& t, Time at) const {
 
 Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  size_state(t, m.epoch);
+  if (!t.has_state) size_state(t, m.epoch, settings_.no_gps.enabled);
   advance(t, m.epoch);
   const bool gps = m.kind == Measurement::Kind::Gps;
   const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
@@ -177,14 +213,8 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   const Evidence<M>& e = evidence[0];
   const Outcome outcome{.verdict = e.nis <= gate ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
   if (outcome.verdict != Verdict::Accepted) return outcome;
-  const int biases = layout_.size;
-  for (int i = 0; i < t.bank.count; ++i) {
-    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    const Evidence<M>& own = evidence[static_cast<std::size_t>(i)];
-    const Columns<M> K = masked_gain(own, {{gps_at, 12}, {first_radar_at, biases}});
-    h.x.noalias() += K * own.nu;
-    take_with_gain<M>(h, K, cross(own), own.S);
-  }
+  for (int i = 0; i < t.bank.count; ++i)
+    take_from<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)], gps_at);
   note_innovation<M>(account, e.nu, e.S, e.nis);
   return outcome;
 }
@@ -206,6 +236,7 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
   const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
   Outcome outcome = with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
   if (outcome.verdict == Verdict::Accepted) {
+    if (t.without_gps) leave_regime(t);
     t.gps_confirmed = true;
     t.gps_epoch = m.epoch;
     t.fixes_rejected_in_row = 0;
@@ -241,7 +272,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     start_fused_by(t, m);
   } else if ((account.rejected_in_row + 1) % settings_.reopen_after == 0) {
     for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout_.radars[source], settings_.no_gps);
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source], settings_.no_gps);
   }
   return outcome;
 }
@@ -249,9 +280,8 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
 Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
-  const RadarBlock& block = layout_.radars[source];
+  const RadarBlock& block = layout(t).radars[source];
   const Mat<3, 3> R = plot_variance(radar, m.plot.elevation_rad).asDiagonal();
-  const bool referenced = has_reference(t, m.epoch);
 
   // What the fused track and what the GPS track say of the plot; its noise is common to both.
   std::array<PlotLinearisation, ModelSet::max_models> by_fused;
@@ -269,37 +299,20 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
                         .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
                         .dof = 3};
-  Radar& known = t.radars[source];
-  bool learns = false;
-  for (int i = 0; i < t.bank.count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    Hypothesis& h = t.bank.mode[k];
-    const Evidence<3>& f = of_fused[k];
-    const PlotLinearisation by_gps = linearise_plot(h, gps_at, gps_model_, radar, block, m.plot);
-    const Evidence<3> g = weigh<3>(h, by_gps.H, by_gps.nu, R);
-    learns = referenced && !g.singular && g.nis <= gate3_;
-    const bool follows = outcome.verdict == Verdict::Accepted;
-    if (!learns && !follows) continue;
-
-    // Stacked: rows 0-2 correct the fused track, rows 3-5 the biases; S off the diagonal is H_f P H_g' + R.
-    Columns<6> PHt(h.x.size(), 6);
-    PHt << cross(f), cross(g);
-    Columns<6> K = Columns<6>::Zero(h.x.size(), 6);
-    if (follows) K.leftCols<3>() = masked_gain(f, {{fused_at, 9}});
-    if (learns) K.rightCols<3>() = masked_gain(g, {{first_radar_at, layout_.size}});
-    Mat<6, 6> S = Mat<6, 6>::Zero();
-    S.topLeftCorner<3, 3>() = f.S;
-    S.bottomRightCorner<3, 3>() = g.S;
-    const auto H_f_motion = by_fused[k].H.of_motion.leftCols<9>();
-    const auto H_f_radar = by_fused[k].H.of_radar.leftCols(block.size());
-    S.topRightCorner<3, 3>() =
-        H_f_motion * PHt.block<9, 3>(fused_at, 3) + H_f_radar * PHt.block(block.at, 3, block.size(), 3) + R;
-    S.bottomLeftCorner<3, 3>() = S.topRightCorner<3, 3>().transpose();
-    Vec<6> nu;
-    nu << f.nu, g.nu;
-    h.x.noalias() += K * nu;
-    take_with_gain<6>(h, K, PHt, S);
+  // GPS track and biases are the same in all modes: one judges for all.
+  const bool referenced = has_reference(t, m.epoch);
+  const auto count = static_cast<std::size_t>(t.bank.count);
+  std::array<Evidence<3>, ModelSet::max_models> of_gps;
+  if (referenced) {
+    const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, m.plot);
+    for (std::size_t k = 0; k < count; ++k) of_gps[k] = weigh<3>(t.bank.mode[k], l.H, l.nu, R);
   }
+  const bool learns = referenced && of_gps[0].nis <= gate3_ &&
+                      std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
+  const bool follows = outcome.verdict == Verdict::Accepted;
+  for (std::size_t k = 0; k < count; ++k)
+    take_both(t.bank.mode[k], of_fused[k], by_fused[k].H, follows, of_gps[k], learns, R);
+  Radar& known = t.radars[source];
   if (learns) {
     known.updated = m.epoch;
     known.rejected_in_row = 0;
@@ -352,11 +365,11 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   const Target* best = nullptr;
   for (const Target& t : state.targets) {
     if (!t.has_state) continue;
-    const auto rank = [r](const Target& x) { return std::pair(x.radars[r].samples > 0, x.radars[r].epoch); };
+    const auto rank = [r](const Target& x) { return std::pair(!x.without_gps, x.radars[r].epoch); };
     if (best == nullptr || rank(t) > rank(*best)) best = &t;
   }
   if (best == nullptr) return {};
-  const RadarBlock& block = layout_.radars[r];
+  const RadarBlock& block = layout(*best).radars[r];
   const Radar& known = best->radars[r];
   BiasEstimate b = combined_bias(best->bank, block);
   b.epoch = known.epoch;

@@ -49,6 +49,7 @@ Ts<N>::Ts(MethodSettings settings)
                                       return block.model.drift[index(term)] > 0;
                                     });
                                   })),
+      step_(layout_.size),
       gate2_(chi2_quantile(settings_.gate_probability, 2)),
       gate3_(chi2_quantile(settings_.gate_probability, 3)),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
@@ -153,9 +154,9 @@ void Ts<N>::predict(Target& t, Time to) const {
 }
 
 template <int N>
-void Ts<N>::loosen_all(State& s, int bias, double variance) {
-  const typename Shared::Step step = s.bias.loosen(bias, variance);
-  for (Target& t : s.targets) loosen<N, Eigen::Dynamic, max_biases>(t.track, step);
+void Ts<N>::loosen_all(State& s) const {
+  s.bias.loosen(step_);
+  for (Target& t : s.targets) loosen(t.track, s.bias, step_);
 }
 
 template <int N>
@@ -167,9 +168,10 @@ void Ts<N>::drift(State& s, Time to) const {
   for (const RadarBlock& block : layout_.radars) {
     for (int i = 0; i < block.terms; ++i) {
       const double per_root_second = block.model.drift[index(block.term[static_cast<std::size_t>(i)])];
-      if (per_root_second > 0) loosen_all(s, block.at + i, per_root_second * per_root_second * dt);
+      step_.variance[block.at + i] = per_root_second * per_root_second * dt;
     }
   }
+  loosen_all(s);
 }
 
 template <int N>
@@ -226,8 +228,9 @@ void Ts<N>::after_rejection(State& s, const Measurement& m, Verdict verdict) con
   } else if (s.accounts[source].rejected_in_row % settings_.reopen_after == 0) {
     // This radar alone disagrees: its bias may have stepped by as much as it could ever be.
     const RadarBlock& block = layout_.radars[source];
-    const Vec<BiasEstimate::max_terms> sigma = block.prior_sigma();
-    for (int i = 0; i < block.terms; ++i) loosen_all(s, block.at + i, sigma[i] * sigma[i]);
+    step_.variance.setZero();
+    step_.variance.segment(block.at, block.terms) = block.prior_sigma().head(block.terms).cwiseAbs2();
+    loosen_all(s);
   }
 }
 
@@ -313,18 +316,17 @@ BiasEstimate Ts<N>::bias(const State& state, int radar) const {
   }
   if (known.referenced) b.reference = BiasReference::Gps;
 
-  const typename Shared::Column variance = state.bias.variances();
+  const Eigen::MatrixXd& P = state.bias.covariance();
+  b.cov.topLeftCorner(block.terms, block.terms) = P.block(block.at, block.at, block.terms, block.terms);
   std::array<bool, BiasEstimate::max_terms> like_anothers{};
   for (int i = 0; i < block.terms; ++i) {
-    const typename Shared::Column row = state.bias.covariance_row(block.at + i);
-    b.cov.col(i).head(block.terms) = row.segment(block.at, block.terms);
-    for (Eigen::Index j = 0; j < row.size(); ++j) {
+    const int at = block.at + i;
+    for (int j = 0; j < layout_.size; ++j) {
       const bool own = j >= block.at && j < block.at + block.terms;
-      if (!own && std::abs(row[j]) > alike * std::sqrt(variance[j] * variance[block.at + i]))
+      if (!own && std::abs(P(j, at)) > alike * std::sqrt(P(j, j) * P(at, at)))
         like_anothers[static_cast<std::size_t>(i)] = true;
     }
   }
-  b.cov = ((b.cov + b.cov.transpose()) / 2).eval();
   b.state = bias_states(b, block.prior_sigma(), false);
   for (std::size_t i = 0; i < static_cast<std::size_t>(block.terms); ++i) {
     if (like_anothers[i]) b.state[i] = BiasState::NotObservable;

@@ -1,6 +1,8 @@
-/// One predict and update of every filter, beside bare fixed-size Eigen of the same number of states: read the ratios.
+/// One predict and update of every filter, beside the same algebra in bare fixed-size Eigen: read the ratios.
+/// tools/bench prints both.
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <downrange/est/joint.hpp>
 #include <downrange/est/schmidt.hpp>
 #include <downrange/est/ts.hpp>
@@ -33,7 +35,7 @@ MethodSettings settings_of(int radars, int targets, Kinematics kinematics) {
   return s;
 }
 
-/// Plots of all radars and targets in turn, 50 ms apart, for as long as asked for.
+/// Plots of all radars and targets in turn, 50 ms apart, for as long as asked for; every 20th measurement is a fix.
 class Plots {
  public:
   explicit Plots(const MethodSettings& s) : settings_(s) {}
@@ -43,8 +45,15 @@ class Plots {
     const auto radars = static_cast<std::uint64_t>(settings_.radars.size());
     m_.epoch = Time{} + seconds(t);
     m_.sequence = count_;
-    m_.source = static_cast<int>(count_ % radars);
     m_.target = static_cast<int>(count_ / radars % static_cast<std::uint64_t>(settings_.targets));
+    m_.kind = count_ % 20 == 0 ? Measurement::Kind::Gps : Measurement::Kind::Radar;
+    if (m_.kind == Measurement::Kind::Gps) {
+      m_.source = 0;
+      m_.position = truth_at(t + 10 * m_.target);
+      m_.sigma_horizontal_m = m_.sigma_vertical_m = 5;
+      return m_;
+    }
+    m_.source = static_cast<int>(count_ % radars);
     const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m_.source)];
     m_.plot = polar_from_enu(radar.site.enu_of(truth_at(t + 10 * m_.target)));
     m_.plot.range_m += radar.sigma.range_m * normal_(rng_);
@@ -76,33 +85,134 @@ void make_plot(benchmark::State& state) {
 }
 BENCHMARK(make_plot);
 
-/// What a predict and update of N states costs in plain fixed-size Eigen: motion by blocks, a Jacobian of two blocks,
-/// no model of anything.
+/// What predict and update of N states cost in plain fixed-size Eigen: motions by blocks, a Jacobian of two blocks, no
+/// model of anything.
 template <int N>
-void bare_eigen(benchmark::State& state) {
-  static Vec<N> x = Vec<N>::Zero();
-  static Mat<N, N> P = Mat<N, N>::Identity();
-  const Mat<3, 9> H = Mat<3, 9>::Random();
-  const Mat<3, 10> G = Mat<3, 10>::Random();
-  const Mat<3, 3> R = Mat<3, 3>::Identity();
-  const double dt = 0.05;
-  for (auto _ : state) {
-    P.template middleCols<3>(0) += dt * P.template middleCols<3>(3) + dt * dt / 2 * P.template middleCols<3>(6);
-    P.template middleCols<3>(3) += dt * P.template middleCols<3>(6);
-    P.template middleRows<3>(0) += dt * P.template middleRows<3>(3) + dt * dt / 2 * P.template middleRows<3>(6);
-    P.template middleRows<3>(3) += dt * P.template middleRows<3>(6);
-    P.diagonal().template head<9>().array() += 0.1;
-    const Mat<N, 3> PHt = P.template leftCols<9>() * H.transpose() + P.template middleCols<10>(12) * G.transpose();
-    const Mat<3, 3> S = H * PHt.template topRows<9>() + G * PHt.template middleRows<10>(12) + R;
-    const Mat<N, 3> K = S.llt().solve(PHt.transpose()).transpose();
+struct Bare {
+  Vec<N> x = Vec<N>::Zero();
+  Mat<N, N> P = Mat<N, N>::Identity();
+  Mat<3, 9> H = Mat<3, 9>::Random();
+  Mat<3, 10> G = Mat<3, 10>::Random();
+  Mat<3, 3> R = Mat<3, 3>::Identity();
+
+  template <int At>
+  void predict() {
+    constexpr double dt = 0.05;
+    P.template middleCols<3>(At) +=
+        dt * P.template middleCols<3>(At + 3) + dt * dt / 2 * P.template middleCols<3>(At + 6);
+    P.template middleCols<3>(At + 3) += dt * P.template middleCols<3>(At + 6);
+    P.template middleRows<3>(At) +=
+        dt * P.template middleRows<3>(At + 3) + dt * dt / 2 * P.template middleRows<3>(At + 6);
+    P.template middleRows<3>(At + 3) += dt * P.template middleRows<3>(At + 6);
+    P.diagonal().template segment<9>(At).array() += 0.1;
+  }
+  template <int Motion, int Bias>
+  [[nodiscard]] Mat<N, 3> PHt() const {
+    return P.template middleCols<9>(Motion) * H.transpose() + P.template middleCols<10>(Bias) * G.transpose();
+  }
+  template <int Motion, int Bias, class Columns>
+  [[nodiscard]] auto observed(const Columns& X) const {
+    return (H * X.template middleRows<9>(Motion) + G * X.template middleRows<10>(Bias)).eval();
+  }
+  /// Returns the gain.
+  Mat<N, 3> update() {
+    const Mat<N, 3> cross = PHt<0, 12>();
+    const Mat<3, 3> S = observed<0, 12>(cross) + R;
+    const Mat<N, 3> K = S.llt().solve(cross.transpose()).transpose();
     x.noalias() += K * Vec<3>::Ones();
-    P.noalias() -= K * PHt.transpose();
-    benchmark::DoNotOptimize(P);
+    P.noalias() -= K * cross.transpose();
+    return K;
+  }
+};
+
+/// Counterpart of joint with cv or ca: 12 states and 10 of each radar.
+template <int N>
+void bare_joint(benchmark::State& state) {
+  static Bare<N> f;
+  for (auto _ : state) {
+    f.template predict<0>();
+    benchmark::DoNotOptimize(f.update());
   }
 }
-BENCHMARK(bare_eigen<32>);
-BENCHMARK(bare_eigen<62>);
-BENCHMARK(bare_eigen<112>);
+BENCHMARK(bare_joint<32>);
+BENCHMARK(bare_joint<62>);
+BENCHMARK(bare_joint<112>);
+
+/// Counterpart of joint with launch: three of them, mixed at every fourth update.
+template <int N>
+void bare_launch(benchmark::State& state) {
+  static std::array<Bare<N>, 3> f;
+  static std::array<Bare<N>, 3> mixed;
+  const Mat<3, 3> weight = Mat<3, 3>::Constant(1.0 / 3);
+  int n = 0;
+  for (auto _ : state) {
+    for (Bare<N>& mode : f) {
+      mode.template predict<0>();
+      benchmark::DoNotOptimize(mode.update());
+    }
+    if (++n % 4 != 0) continue;
+    for (int to = 0; to < 3; ++to) {
+      Bare<N>& out = mixed[static_cast<std::size_t>(to)];
+      out.x.setZero();
+      out.P.setZero();
+      for (int from = 0; from < 3; ++from) out.x += weight(from, to) * f[static_cast<std::size_t>(from)].x;
+      for (int from = 0; from < 3; ++from) {
+        const Bare<N>& mode = f[static_cast<std::size_t>(from)];
+        const Vec<N> d = mode.x - out.x;
+        out.P += weight(from, to) * (mode.P + d * d.transpose());
+      }
+    }
+    std::swap(f, mixed);
+  }
+}
+BENCHMARK(bare_launch<32>);
+BENCHMARK(bare_launch<62>);
+BENCHMARK(bare_launch<112>);
+
+/// Counterpart of joint with vdie: beside the filter the effects of three accelerations since six onsets.
+template <int N>
+void bare_vdie(benchmark::State& state) {
+  static Bare<N> f;
+  static std::array<Mat<N, 3>, 6> W;
+  for (auto _ : state) {
+    f.template predict<0>();
+    const Mat<N, 3> K = f.update();
+    for (Mat<N, 3>& effect : W) {
+      effect.template topRows<3>() += 0.05 * effect.template middleRows<3>(3);
+      const Mat<3, 3> seen = f.template observed<0, 12>(effect);
+      effect.noalias() -= K * seen;
+    }
+    benchmark::DoNotOptimize(W);
+  }
+}
+BENCHMARK(bare_vdie<32>);
+BENCHMARK(bare_vdie<62>);
+BENCHMARK(bare_vdie<112>);
+
+/// Counterpart of schmidt: two motions and the GPS error, each plot compared with both.
+template <int N>
+void bare_schmidt(benchmark::State& state) {
+  static Bare<N> f;
+  for (auto _ : state) {
+    f.template predict<0>();
+    f.template predict<9>();
+    Mat<N, 6> cross;
+    cross << f.template PHt<0, 21>(), f.template PHt<9, 21>();
+    Mat<6, 6> S;
+    S << f.template observed<0, 21>(cross), f.template observed<9, 21>(cross);
+    S.diagonal().array() += 1;
+    Mat<N, 6> K = S.llt().solve(cross.transpose()).transpose();
+    f.x.noalias() += K * Vec<6>::Ones();
+    f.P.noalias() -= K * cross.transpose();
+    benchmark::DoNotOptimize(f.P);
+  }
+}
+BENCHMARK(bare_schmidt<41>);
+BENCHMARK(bare_schmidt<71>);
+BENCHMARK(bare_schmidt<121>);
+
+/// Counterpart of ts with two radars: one target with the biases.
+BENCHMARK(bare_joint<30>)->Name("bare_ts<30>");
 
 template <Kinematics kinematics>
 void joint(benchmark::State& state) {

@@ -67,6 +67,23 @@ TEST(Joint, ShuffledArrivalGivesTheInOrderBits) {
   EXPECT_EQ(in_order->bias(1).value, shuffled->bias(1).value);
 }
 
+/// A radar alone, without GPS, never knows the target's range better than its own offset of range: a start that took
+/// the plot's error as noise would claim to have learnt it.
+TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {
+  for (const char* name : {"joint", "schmidt", "ts"}) {
+    const Flight f = draw_flight(10, 20, true, false);
+    const auto method = make_method(name, f.settings);
+    for (const Measurement& m : f.measurements) {
+      if (m.source == 1) (void)method->process(m, m.epoch);
+    }
+    const TrackEstimate e = *method->fused(0);
+    const Vec<3> line_of_sight = (e.mean.head<3>() - f.settings.radars[1].site.ecef().m).normalized();
+    const double sigma = std::sqrt(line_of_sight.dot(e.cov.topLeftCorner<3, 3>() * line_of_sight));
+    EXPECT_GT(sigma, 0.98 * f.settings.no_gps.offset_prior_m) << name;
+    EXPECT_LT(sigma, 3 * f.settings.no_gps.offset_prior_m) << name;  // the range's scale adds to it
+  }
+}
+
 /// In units of their own sigma: states of 1e6 m stand beside scales of 1e-5.
 double least_eigenvalue(const Eigen::MatrixXd& P) {
   const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();

@@ -43,8 +43,8 @@ template <int N, int M>
 [[nodiscard]] Update<N, M> kalman_update(const Gaussian<N>& prior, const Vec<M>& innovation, const Mat<M, N>& H,
                                          const Mat<M, M>& R, double gate) {
   Update<N, M> u{.posterior = prior, .innovation = innovation, .S = {}};
-  const Mat<N, M> PHt = prior.cov * H.transpose();
-  u.S = H * PHt + R;
+  const Mat<N, M> PHt = prior.cov.lazyProduct(H.transpose());
+  u.S = H.lazyProduct(PHt) + R;
   const Eigen::LLT<Mat<M, M>> llt(u.S);
   if (llt.info() != Eigen::Success) {
     u.verdict = Verdict::Singular;
@@ -56,9 +56,12 @@ template <int N, int M>
     return u;
   }
   u.K = llt.solve(PHt.transpose()).transpose();
-  const Mat<N, N> ImKH = Mat<N, N>::Identity() - u.K * H;
+  const Mat<N, N> ImKH = Mat<N, N>::Identity() - u.K.lazyProduct(H);
   u.posterior.mean += u.K * innovation;
-  const Mat<N, N> P = ImKH * prior.cov * ImKH.transpose() + u.K * R * u.K.transpose();
+  // Lazy: from nine states on Eigen would take its blocked kernels, which at this size cost three times as much.
+  const Mat<N, N> ImKH_P = ImKH.lazyProduct(prior.cov);
+  const Mat<N, M> KR = u.K.lazyProduct(R);
+  const Mat<N, N> P = ImKH_P.lazyProduct(ImKH.transpose()) + KR.lazyProduct(u.K.transpose());
   u.posterior.cov = (P + P.transpose()) / 2;
   return u;
 }

@@ -3,8 +3,10 @@
 /// What method joint, schmidt and the bound are made of.
 
 #include <array>
+#include <cmath>
 #include <downrange/est/gaussian.hpp>
 #include <downrange/est/kinematics.hpp>
+#include <downrange/est/low_rank.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/plot_model.hpp>
 #include <downrange/est/source_checks.hpp>
@@ -84,34 +86,45 @@ template <int M>
 struct Evidence {
   Vec<M> nu;        ///< measured minus predicted, angles wrapped
   Mat<M, M> S;      ///< H P H' + R
-  Columns<M> W;     ///< P H' L^-T, S = L L': the gain is W L^-1
+  Mat<M, M> L;      ///< its Cholesky factor, lower
+  Columns<M> W;     ///< P H' L^-T: the gain is W L^-1
   Vec<M> whitened;  ///< L^-1 nu
   double nis = 0;
   double log_likelihood = -std::numeric_limits<double>::infinity();
   bool singular = true;
 };
 
+/// H X for any X of state size.
+template <int M, class Matrix>
+[[nodiscard]] Mat<M, Matrix::ColsAtCompileTime> observe(const BlockJacobian<M>& H, const Matrix& X) {
+  Mat<M, Matrix::ColsAtCompileTime> HX =
+      H.motion_size == 9 ? H.of_motion.template leftCols<9>().lazyProduct(X.template middleRows<9>(H.motion_at)).eval()
+                         : H.of_motion.lazyProduct(X.template middleRows<12>(H.motion_at)).eval();
+  if (H.radar_size > 0) HX += H.of_radar.leftCols(H.radar_size).lazyProduct(X.middleRows(H.radar_at, H.radar_size));
+  return HX;
+}
+
 template <int M>
 [[nodiscard]] Evidence<M> weigh(const Hypothesis& h, const BlockJacobian<M>& H, const Vec<M>& nu, const Mat<M, M>& R) {
   Evidence<M> e;
   e.nu = nu;
-  Columns<M> PHt(h.x.size(), M);
+  e.W.resize(h.x.size(), M);  // P H' at first
   if (H.motion_size == 9) {
-    PHt.noalias() = h.P.middleCols<9>(H.motion_at) * H.of_motion.template leftCols<9>().transpose();
+    e.W = h.P.middleCols<9>(H.motion_at).lazyProduct(H.of_motion.template leftCols<9>().transpose());
   } else {
-    PHt.noalias() = h.P.middleCols<12>(H.motion_at) * H.of_motion.transpose();
+    e.W = h.P.middleCols<12>(H.motion_at).lazyProduct(H.of_motion.transpose());
   }
   if (H.radar_size > 0)
-    PHt.noalias() += h.P.middleCols(H.radar_at, H.radar_size) * H.of_radar.leftCols(H.radar_size).transpose();
-  e.S = H.of_motion.leftCols(H.motion_size) * PHt.middleRows(H.motion_at, H.motion_size) + R;
-  if (H.radar_size > 0) e.S += H.of_radar.leftCols(H.radar_size) * PHt.middleRows(H.radar_at, H.radar_size);
+    e.W += h.P.middleCols(H.radar_at, H.radar_size).lazyProduct(H.of_radar.leftCols(H.radar_size).transpose());
+  e.S = observe(H, e.W) + R;
   const Eigen::LLT<Mat<M, M>> llt(e.S);
   if (llt.info() != Eigen::Success) return e;
   e.singular = false;
+  e.L = llt.matrixL();
   e.whitened = llt.matrixL().solve(nu);
   e.nis = e.whitened.squaredNorm();
-  e.log_likelihood = -e.nis / 2 - Mat<M, M>(llt.matrixL()).diagonal().array().log().sum();
-  e.W = llt.matrixL().solve(PHt.transpose()).transpose();
+  e.log_likelihood = -e.nis / 2 - std::log(e.L.diagonal().prod());
+  divide_by_transposed<Columns<M>, M>(e.W, e.L);
   return e;
 }
 
@@ -119,7 +132,7 @@ template <int M>
 template <int M>
 [[nodiscard]] Columns<M> gain(const Evidence<M>& e) {
   Columns<M> K = e.W;
-  Eigen::LLT<Mat<M, M>>(e.S).matrixL().template solveInPlace<Eigen::OnTheRight>(K);
+  divide_by<Columns<M>, M>(K, e.L);
   return K;
 }
 
@@ -148,9 +161,8 @@ template <int M>
 /// Kalman update: x + W L^-1 nu, P - W W'.
 template <int M>
 void take(Hypothesis& h, const Evidence<M>& e) {
-  h.x.noalias() += e.W * e.whitened;
-  h.P.selfadjointView<Eigen::Lower>().rankUpdate(e.W, -1.0);
-  h.P.triangularView<Eigen::StrictlyUpper>() = h.P.transpose();
+  h.x += e.W.lazyProduct(e.whitened);
+  subtract_product(h.P, e.W, e.W);
 }
 
 /// Jacobian and residual of a plot for the motion at `motion_at` (nine states) and the bias block of its radar.

@@ -20,6 +20,10 @@ namespace downrange {
 /// A plot corrects the biases by what it differs from the GPS track, whose error is *considered*: all plots between two
 /// fixes share it and do not count it as independent; a later fix corrects the biases through that covariance. The same
 /// plot corrects the fused track, whose biases' error is considered alike.
+///
+/// Until a target's first two fixes that agree the regime is another (NoGpsRegime): nothing tells the biases, so they
+/// are only considered, and wide priors would let every outlier through the gate. It is left once: the biases may be
+/// anything again, and the fused track is then wrong by that of the radar which it last heard.
 class Schmidt {
  public:
   static constexpr int fused_at = 0;
@@ -35,7 +39,8 @@ class Schmidt {
     int rejected_in_row = 0;  ///< by the bias
   };
   struct Target {
-    bool has_state = false;  ///< the bank is sized and holds the biases
+    bool has_state = false;    ///< the bank is sized and holds the biases
+    bool without_gps = false;  ///< the regime
     bool fused_started = false;
     bool gps_started = false;
     bool gps_confirmed = false;  ///< a second fix agreed: before, the GPS track is no reference
@@ -75,7 +80,11 @@ class Schmidt {
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
 
  private:
-  void size_state(Target& t, Time epoch) const;
+  [[nodiscard]] const BiasLayout& layout(const Target& target) const {
+    return target.without_gps ? layout_without_gps_ : layout_;
+  }
+  void size_state(Target& t, Time epoch, bool without_gps) const;
+  void leave_regime(Target& t) const;
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
   void start_fused_by(Target& t, const Measurement& plot) const;
   void start_gps(Target& t, const Measurement& m) const;
@@ -92,6 +101,7 @@ class Schmidt {
   ModelSet models_;
   MotionModel gps_model_;
   BiasLayout layout_;
+  BiasLayout layout_without_gps_;
   double gate3_;
   double gate6_;
   mutable Bank scratch_;  ///< of the interaction; nothing is remembered in it

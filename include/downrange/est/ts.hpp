@@ -82,7 +82,8 @@ class Ts {
   void restart_by(State& s, const Measurement& m) const;
   void predict(Target& t, Time to) const;
   void drift(State& s, Time to) const;
-  static void loosen_all(State& s, int bias, double variance);
+  /// All biases take a step of the variances in `step_`.
+  void loosen_all(State& s) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
   void after_rejection(State& s, const Measurement& m, Verdict verdict) const;
@@ -92,6 +93,7 @@ class Ts {
   MotionModel motion_;
   BiasLayout layout_;
   bool drifts_;
+  mutable typename Shared::Step step_;  ///< nothing is remembered in it
   double gate2_;
   double gate3_;
   double gate6_;

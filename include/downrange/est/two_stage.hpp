@@ -10,17 +10,15 @@
 ///
 /// Whatever is linearised belongs at the compensated estimate x~ + V b^.
 
-#include <algorithm>
-#include <cmath>
 #include <downrange/est/gaussian.hpp>
+#include <downrange/est/low_rank.hpp>
 #include <limits>
 #include <utility>
 
 namespace downrange {
 
-/// The estimate of the biases, held as mean and the Cholesky factor of the information matrix: a measurement only adds
-/// to it, so it cannot lose definiteness. `Biases` may be Eigen::Dynamic; then `MaxBiases` is what intermediate results
-/// on the stack are sized for.
+/// The estimate of the biases. `Biases` may be Eigen::Dynamic; then `MaxBiases` is what intermediate results on the
+/// stack are sized for.
 template <int Biases, int MaxBiases = Biases>
 class SharedBias {
  public:
@@ -29,96 +27,41 @@ class SharedBias {
   /// M vectors of bias size, on the stack.
   template <int M>
   using Columns = Eigen::Matrix<double, Biases, M, 0, MaxBiases, M>;
-  using Column = Columns<1>;
 
   /// `cov` positive definite.
-  SharedBias(Vector mean, const Square& cov) : mean_(std::move(mean)) {
-    const Square information = cov.llt().solve(Square::Identity(cov.rows(), cov.cols()));
-    L_ = information.llt().matrixL();
-  }
+  SharedBias(Vector mean, Square cov) : mean_(std::move(mean)), cov_(std::move(cov)) {}
 
   [[nodiscard]] const Vector& mean() const { return mean_; }
+  [[nodiscard]] const Square& covariance() const { return cov_; }
   [[nodiscard]] Eigen::Index size() const { return mean_.size(); }
 
-  /// Sigma X = (L L')^-1 X, column by column.
+  /// Kalman update of M numbers: `Y` = covariance times the transposed Jacobian, S = L L' of the innovation nu.
   template <int M>
-  [[nodiscard]] Columns<M> times_covariance(Columns<M> X) const {
-    for (Eigen::Index i = 0; i < X.cols(); ++i) {
-      solve_lower(X.col(i));
-      L_.transpose().template triangularView<Eigen::Upper>().solveInPlace(X.col(i));
-    }
-    return X;
-  }
-  /// L^-1 X, of which X' Sigma X is the square.
-  template <int M>
-  [[nodiscard]] Columns<M> whitened(Columns<M> X) const {
-    for (Eigen::Index i = 0; i < X.cols(); ++i) solve_lower(X.col(i));
-    return X;
-  }
-  /// One row, which is one column, of the covariance.
-  [[nodiscard]] Column covariance_row(int i) const { return times_covariance<1>(Column::Unit(size(), i)); }
-  /// Its diagonal.
-  [[nodiscard]] Column variances() const {
-    Column variance(size());
-    for (Eigen::Index i = 0; i < size(); ++i) variance[i] = whitened<1>(Column::Unit(size(), i)).squaredNorm();
-    return variance;
-  }
-  /// All of it.
-  [[nodiscard]] Square covariance() const {
-    Square cov(size(), size());
-    for (int i = 0; i < size(); ++i) cov.col(i) = covariance_row(i);
-    return ((cov + cov.transpose()) / 2).eval();
+  void take(Columns<M> Y, const Mat<M, M>& L, const Vec<M>& nu) {
+    divide_by_transposed<Columns<M>, M>(Y, L);
+    mean_ += Y.lazyProduct(L.template triangularView<Eigen::Lower>().solve(nu));
+    subtract_product(cov_, Y, Y);
   }
 
-  /// The information of M numbers nu = S (b - mean) + noise of unit covariance; the columns of `S_transposed` are S's
-  /// rows.
-  template <int M>
-  void add(const Columns<M>& S_transposed, const Vec<M>& nu) {
-    for (int i = 0; i < M; ++i) rank_one(S_transposed.col(i), 1);
-    mean_ += times_covariance<1>(S_transposed * nu);
-  }
-
-  /// How the biases before one of them stepped depend on those after: b_before = (I - e_i g') b_after + e_i (offset +
-  /// d), d of variance `variance`, independent of b_after.
+  /// Random steps of the biases, and how the biases before depend on those after: b_before = b_after - s with
+  /// s | b_after ~ N(D P^-1 (b_after - mean), D - D P^-1 D), D = diag(variance), P the covariance after.
   struct Step {
-    int i = 0;
-    Column g;
-    double offset = 0;
-    double variance = 0;
+    explicit Step(Eigen::Index size) : variance(Vector::Zero(size)), factor(Square::Identity(size, size)) {}
+
+    Vector variance;  ///< of each bias's step; 0: it does not step. Given by the caller
+    Square factor;    ///< Cholesky factor of P, lower. Made by `loosen`
   };
 
-  /// Bias i takes a random step of variance q: its covariance grows by q, its mean stays. Every track then needs
-  /// `loosen` with the result.
-  [[nodiscard]] Step loosen(int i, double q) {
-    const Column row = L_.row(i).transpose();
-    const Column information = L_ * row;  // column i of L L'
-    const double variance = q / (1 + q * information[i]);
-    rank_one(std::sqrt(variance) * information, -1);
-    const Column g = variance * information;
-    return {.i = i, .g = g, .offset = g.dot(mean_), .variance = variance};
+  /// The covariance grows by the steps, the mean stays. Every track then needs `loosen` with the same step.
+  void loosen(Step& step) {
+    cov_.diagonal() += step.variance;
+    step.factor = cov_;
+    Eigen::LLT<Eigen::Ref<Square>> in_place(step.factor);
   }
 
  private:
-  void solve_lower(Eigen::Ref<Eigen::VectorXd> x) const { L_.template triangularView<Eigen::Lower>().solveInPlace(x); }
-
-  /// L L' + sign v v' into L (Gill, Golub, Murray, Saunders 1974). A difference is positive definite wherever this is
-  /// called; the floor keeps rounding from saying otherwise.
-  void rank_one(Column v, int sign) {
-    for (Eigen::Index k = 0; k < size(); ++k) {
-      if (v[k] == 0) continue;
-      const double l = L_(k, k);
-      const double square = sign > 0 ? l * l + v[k] * v[k] : (l - v[k]) * (l + v[k]);
-      L_(k, k) = std::sqrt(std::max(square, std::numeric_limits<double>::epsilon() * l * l));
-      const double c = L_(k, k) / l;
-      const double s = v[k] / l;
-      const Eigen::Index below = size() - k - 1;
-      L_.col(k).tail(below) = (L_.col(k).tail(below) + sign * s * v.tail(below)) / c;
-      v.tail(below) = c * v.tail(below) - s * L_.col(k).tail(below);
-    }
-  }
-
   Vector mean_;
-  Square L_;
+  Square cov_;
 };
 
 /// One target's filter: x given b is N(estimate.mean + V b, estimate.cov). `V` is N x (number of biases).
@@ -138,8 +81,8 @@ template <int N, int Biases, int Max>
 template <int N, int Biases, int Max>
 [[nodiscard]] Gaussian<N> compensated(const BiasFreeTrack<N, Biases>& track, const SharedBias<Biases, Max>& bias) {
   using Columns = typename SharedBias<Biases, Max>::template Columns<N>;
-  const Columns Y = bias.template whitened<N>(track.V.transpose());
-  const Mat<N, N> P = track.estimate.cov + Y.transpose() * Y;
+  const Columns Y = bias.covariance().lazyProduct(track.V.transpose());
+  const Mat<N, N> P = track.estimate.cov + track.V.lazyProduct(Y);
   return {compensated_mean(track, bias), (P + P.transpose()) / 2};
 }
 
@@ -155,14 +98,21 @@ void predict(BiasFreeTrack<N, Biases>& track, const Transition& phi, const Mat<N
   P = ((P + P.transpose()) / 2 + Q).eval();
 }
 
-/// A bias took a random step. Exact for one target; of several, the errors that the step makes common are taken as
-/// independent, which for a slow drift is little.
+/// Biases took random steps (`bias` has loosened already). Exact for one target; of several, the errors that a step
+/// makes common are taken as independent, which for a slow drift is little.
 template <int N, int Biases, int Max>
-void loosen(BiasFreeTrack<N, Biases>& track, const typename SharedBias<Biases, Max>::Step& step) {
-  const Vec<N> v = track.V.col(step.i);
-  track.estimate.mean += step.offset * v;
-  track.estimate.cov += step.variance * v * v.transpose();
-  track.V.noalias() -= v * step.g.transpose();
+void loosen(BiasFreeTrack<N, Biases>& track, const SharedBias<Biases, Max>& bias,
+            const typename SharedBias<Biases, Max>::Step& step) {
+  using Columns = typename SharedBias<Biases, Max>::template Columns<N>;
+  const Columns DV = step.variance.asDiagonal() * track.V.transpose();
+  Columns T = DV;  // P^-1 D V'
+  step.factor.template triangularView<Eigen::Lower>().solveInPlace(T);
+  step.factor.transpose().template triangularView<Eigen::Upper>().solveInPlace(T);
+  // x~ + V (b_after - s): the mean of s moves x~ and V, its spread is noise.
+  track.estimate.mean += T.transpose().lazyProduct(bias.mean());
+  const Mat<N, N> noise = track.V.lazyProduct(DV) - DV.transpose().lazyProduct(T);
+  track.estimate.cov += (noise + noise.transpose()) / 2;
+  track.V -= T.transpose();
 }
 
 /// What an update has seen.
@@ -185,22 +135,22 @@ template <int N, int M, int Biases, int Max, class Jacobian>
   // Given b: nu + S b^ = S b + H (x - x~) + w with S = H V + C.
   Columns S_t = track.V.transpose().lazyProduct(H.transpose());
   S_t.middleRows(at, C.cols()) += C.transpose();
-  const Vec<M> nu_free = nu + S_t.transpose() * bias.mean();
+  const Vec<M> nu_free = nu + S_t.transpose().lazyProduct(bias.mean());
   const Update<N, M> free = kalman_update<N, M>(track.estimate, nu_free, H, R, std::numeric_limits<double>::infinity());
 
   TwoStageUpdate<M> u{.innovation = nu, .S = free.S, .nis = 0, .verdict = free.verdict};
   if (free.verdict != Verdict::Accepted) return u;
-  const Columns Y = bias.template whitened<M>(S_t);
-  u.S += Y.transpose() * Y;
-  u.nis = nu.dot(u.S.llt().solve(nu));
+  const Columns Y = bias.covariance().lazyProduct(S_t);
+  u.S += S_t.transpose().lazyProduct(Y);
+  const Eigen::LLT<Mat<M, M>> llt(u.S);
+  u.nis = nu.dot(llt.solve(nu));
   if (!(u.nis <= gate)) {  // written so that NaN is gated
     u.verdict = Verdict::Gated;
     return u;
   }
   track.estimate = free.posterior;
-  track.V.noalias() -= free.K * S_t.transpose();
-  const Eigen::LLT<Mat<M, M>> llt(free.S);
-  bias.template add<M>(llt.matrixL().solve(S_t.transpose()).transpose(), llt.matrixL().solve(nu));
+  subtract_product(track.V, free.K, S_t);
+  bias.template take<M>(Y, llt.matrixL(), nu);
   return u;
 }
 

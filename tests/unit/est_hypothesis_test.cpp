@@ -1,0 +1,217 @@
+/// The parts that joint, schmidt and the bound are made of, each against the same in dense matrices.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include <downrange/est/hypothesis.hpp>
+#include <downrange/est/imm.hpp>
+#include <random>
+
+namespace downrange {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+/// Draws of unit size.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : rng_(seed) {}
+
+  [[nodiscard]] Matrix matrix(Eigen::Index rows, Eigen::Index columns) {
+    return Matrix::NullaryExpr(rows, columns, [this] { return normal_(rng_); });
+  }
+  [[nodiscard]] Matrix covariance(Eigen::Index n) {
+    const Matrix A = matrix(n, n + 2);
+    const Matrix P = A * A.transpose();
+    return (P + P.transpose()) / 2;
+  }
+  [[nodiscard]] Hypothesis hypothesis(Eigen::Index n) { return {.x = matrix(n, 1), .P = covariance(n)}; }
+
+ private:
+  std::mt19937_64 rng_;
+  std::normal_distribution<double> normal_;
+};
+
+constexpr double rounding = 1e-12;  // relative, of sums of some hundred products
+
+void expect_near(const Matrix& actual, const Matrix& expected) {
+  EXPECT_LT((actual - expected).norm(), rounding * expected.norm());
+}
+void expect_symmetric(const Matrix& P) { EXPECT_EQ(P, P.transpose().eval()); }
+
+/// Position, velocity, acceleration of three axes from `at` on, others stay; white jerk or white acceleration of
+/// density q (Bar-Shalom, Li, Kirubarajan 2001, section 6.2).
+TEST(Hypothesis, MotionIsPredictedByFPFAndQ) {
+  constexpr double dt = 0.7;
+  constexpr double q = 3;
+  constexpr int n = 26;
+  Draw draw(1);
+  for (const int at : {0, 9, n - 9}) {
+    for (const auto noise : {MotionModel::Noise::WhiteJerk, MotionModel::Noise::WhiteAcceleration}) {
+      Hypothesis h = draw.hypothesis(n);
+      Matrix F = Matrix::Identity(n, n);
+      Matrix Q = Matrix::Zero(n, n);
+      for (int axis = at; axis < at + 3; ++axis) {
+        F(axis, axis + 3) = F(axis + 3, axis + 6) = dt;
+        F(axis, axis + 6) = dt * dt / 2;
+        const bool jerk = noise == MotionModel::Noise::WhiteJerk;
+        const double pp = jerk ? std::pow(dt, 5) / 20 : std::pow(dt, 3) / 3;
+        const double pv = jerk ? std::pow(dt, 4) / 8 : std::pow(dt, 2) / 2;
+        const double vv = jerk ? std::pow(dt, 3) / 3 : dt;
+        Q(axis, axis) = q * pp;
+        Q(axis + 3, axis + 3) = q * vv;
+        Q(axis, axis + 3) = Q(axis + 3, axis) = q * pv;
+        if (!jerk) continue;
+        Q(axis, axis + 6) = Q(axis + 6, axis) = q * std::pow(dt, 3) / 6;
+        Q(axis + 3, axis + 6) = Q(axis + 6, axis + 3) = q * std::pow(dt, 2) / 2;
+        Q(axis + 6, axis + 6) = q * dt;
+      }
+      const Vector x = F * h.x;
+      const Matrix P = F * h.P * F.transpose() + Q;
+      predict_motion(h, at, {.noise = noise, .q = q, .gravity_aware = false}, dt);
+      expect_near(h.x, x);
+      expect_near(h.P, P);
+      expect_symmetric(h.P);
+    }
+  }
+}
+
+TEST(Hypothesis, GaussMarkovStatesKeepTheirStationaryVariance) {
+  constexpr int n = 12;
+  constexpr double sigma = 3;
+  constexpr double tau = 40;
+  constexpr double dt = 15;
+  Draw draw(2);
+  Hypothesis h = draw.hypothesis(n);
+  const double phi = std::exp(-dt / tau);
+  Matrix F = Matrix::Identity(n, n);
+  Matrix Q = Matrix::Zero(n, n);
+  for (int i = 4; i < 7; ++i) {
+    F(i, i) = phi;
+    Q(i, i) = sigma * sigma * (1 - phi * phi);
+  }
+  const Vector x = F * h.x;
+  const Matrix P = F * h.P * F.transpose() + Q;
+  predict_gauss_markov(h, 4, 3, sigma, tau, dt);
+  expect_near(h.x, x);
+  expect_near(h.P, P);
+  for (int i = 0; i < 1000; ++i) predict_gauss_markov(h, 4, 3, sigma, tau, dt);
+  EXPECT_NEAR(h.P(5, 5), sigma * sigma, 1e-9);
+}
+
+TEST(Hypothesis, BiasesDriftByTheirVarianceAndNothingElse) {
+  RadarModel radar;
+  radar.bias = bias_model({BiasBlock::Polar, BiasBlock::Time});
+  radar.bias.drift[static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth)] = 0.02;
+  radar.bias.drift[static_cast<Eigen::Index>(BiasTerm::TimeTag)] = 0.5;
+  const BiasLayout layout = bias_layout({radar, radar}, 3);
+  ASSERT_EQ(layout.size, 14);
+  Hypothesis h = Draw(3).hypothesis(17);
+  Matrix P = h.P;
+  for (const int at : {3, 10}) {
+    P(at + 1, at + 1) += 0.02 * 0.02 * 2.5;
+    P(at + 6, at + 6) += 0.5 * 0.5 * 2.5;
+  }
+  predict_bias(h, layout, {}, 2.5);
+  expect_near(h.P, P);
+}
+
+/// Weighing and taking a measurement of M rows: the textbook's S, NIS and posterior, for a Jacobian of two blocks.
+template <int M>
+void expect_textbook_update(std::uint64_t seed, int motion_size) {
+  constexpr int n = 40;
+  Draw draw(seed);
+  Hypothesis h = draw.hypothesis(n);
+  BlockJacobian<M> H{.motion_at = 9, .motion_size = motion_size, .radar_at = 25, .radar_size = 10};
+  H.of_motion = draw.matrix(M, 12);
+  H.of_radar = draw.matrix(M, RadarBlock::max_size);
+  const Mat<M, M> R = draw.covariance(M);
+  const Vec<M> nu = draw.matrix(M, 1);
+  Matrix dense = Matrix::Zero(M, n);
+  dense.middleCols(9, motion_size) = H.of_motion.leftCols(motion_size);
+  dense.middleCols(25, 10) = H.of_radar.leftCols(10);
+
+  const Evidence<M> e = weigh<M>(h, H, nu, R);
+  const Matrix S = dense * h.P * dense.transpose() + R;
+  const Matrix K = h.P * dense.transpose() * S.inverse();
+  ASSERT_FALSE(e.singular);
+  expect_near(e.S, S);
+  EXPECT_NEAR(e.nis, nu.dot(S.inverse() * nu), 1e-9);
+  EXPECT_NEAR(e.log_likelihood, -e.nis / 2 - std::log(S.determinant()) / 2, 1e-9);
+  EXPECT_LT((gain(e) - K).norm(), 1e-9 * K.norm());
+  EXPECT_LT((observe(H, Matrix(h.P)) - dense * h.P).norm(), rounding * h.P.norm());
+
+  const Vector x = h.x + K * nu;
+  const Matrix P = (h.P.inverse() + dense.transpose() * R.inverse() * dense).inverse();
+  take<M>(h, e);
+  EXPECT_LT((h.x - x).norm(), 1e-9 * x.norm());
+  EXPECT_LT((h.P - P).norm(), 1e-9 * P.norm());
+  expect_symmetric(h.P);
+}
+
+TEST(Hypothesis, UpdatesAreTheInformationFilters) {
+  expect_textbook_update<2>(4, 9);
+  expect_textbook_update<3>(5, 9);
+  expect_textbook_update<3>(6, 12);
+  expect_textbook_update<6>(7, 12);
+}
+
+TEST(Hypothesis, AMeasurementOfNegativeVarianceIsSingularAndNaNIsNeverInsideAGate) {
+  Hypothesis h = Draw(8).hypothesis(20);
+  BlockJacobian<3> H;
+  H.of_motion.setRandom();
+  EXPECT_TRUE(weigh<3>(h, H, Vec<3>::Zero(), -1e6 * Mat<3, 3>::Identity()).singular);
+  const Evidence<3> e = weigh<3>(h, H, Vec<3>(0, std::nan(""), 0), Mat<3, 3>::Identity());
+  EXPECT_FALSE(e.nis <= std::numeric_limits<double>::infinity());
+}
+
+/// The interaction of the models is the moment matching of imm.hpp over all states; only a ballistic model keeps its
+/// own specific force.
+TEST(Hypothesis, MixingIsMomentMatching) {
+  constexpr int n = 14;
+  constexpr int at = 2;
+  Draw draw(9);
+  ModelSet set;
+  set.count = 3;
+  set.ballistic = 0;
+  Mat<3, 3> switching;
+  switching << 0.9, 0.06, 0.04, 0.05, 0.85, 0.1, 0.2, 0.3, 0.5;
+  Bank bank;
+  bank.count = 3;
+  bank.probability = Vec<3>(0.2, 0.5, 0.3);
+  imm::Bank<n, 3> modes;
+  for (std::size_t i = 0; i < 3; ++i) {
+    bank.mode[i] = draw.hypothesis(n);
+    modes[i] = {bank.mode[i].x, bank.mode[i].P};
+  }
+  const auto mixing = imm::mixing_weights<3>(bank.probability, switching);
+  const auto expected = imm::mix(modes, mixing);
+  const Hypothesis ballistic = bank.mode[0];
+  Bank scratch;
+  mix(bank, set, switching, at, scratch);
+
+  expect_near(bank.probability, mixing.predicted);
+  for (std::size_t i = 1; i < 3; ++i) {
+    expect_near(bank.mode[i].x, expected[i].mean);
+    expect_near(bank.mode[i].P, expected[i].cov);
+    expect_symmetric(bank.mode[i].P);
+  }
+  const Hypothesis& mixed = bank.mode[0];
+  const double own = mixing.weights(0, 0);
+  for (int i = 0; i < n; ++i) {
+    const bool force = i >= at + 6 && i < at + 9;
+    EXPECT_NEAR(mixed.x[i], force ? own * ballistic.x[i] : expected[0].mean[i], 1e-12);
+    for (int j = 0; j < n; ++j) {
+      if (force || (j >= at + 6 && j < at + 9)) {
+        const double prior = i == j ? (1 - own) * std::pow(ballistic_sigma_m_s2, 2) : 0;
+        EXPECT_NEAR(mixed.P(i, j), own * ballistic.P(i, j) + prior, 1e-10);
+      } else {
+        EXPECT_NEAR(mixed.P(i, j), expected[0].cov(i, j), 1e-10);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace downrange

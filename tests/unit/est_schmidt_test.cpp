@@ -1,0 +1,193 @@
+/// The Schmidt filter against the textbook: H by central differences of the model, the posterior by Joseph's form with
+/// the gain of the rows that a measurement may correct, in dense matrices. And what the method promises: GPS untouched
+/// by radar, the fused track untouched by GPS.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <downrange/est/schmidt.hpp>
+
+#include "../support/drawn_flight.hpp"
+
+namespace downrange {
+namespace {
+
+using test::deg;
+using test::draw_flight;
+using test::Flight;
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+/// Everything known: a flight of 12 s in which fused track, GPS track and biases have become correlated.
+struct Flown {
+  Schmidt schmidt;
+  Schmidt::State state;
+
+  [[nodiscard]] const Hypothesis& mode() const { return state.targets[0].bank.mode[0]; }
+  [[nodiscard]] Time epoch() const { return state.targets[0].epoch; }
+};
+
+Flown fly_schmidt(bool with_gps = true) {
+  Flight f = draw_flight(6, 12, true, with_gps);
+  f.settings.kinematics = Kinematics::Ca;
+  Schmidt schmidt(f.settings);
+  Schmidt::State state = schmidt.initial();
+  for (const Measurement& m : f.measurements) (void)schmidt.apply(state, m);
+  return {std::move(schmidt), std::move(state)};
+}
+
+/// What radar `source` would measure of the motion that stands at `motion_at` of `x`.
+Vec<3> predicted(const Flown& f, int source, int motion_at, const Vector& x) {
+  const auto layout = bias_layout(f.schmidt.settings().radars, Schmidt::first_radar_at);
+  const auto radar = static_cast<std::size_t>(source);
+  return predict_plot(f.schmidt.settings().radars[radar], x.segment<9>(motion_at), layout.radars[radar].bias(x)).q;
+}
+
+Vec<3> predicted_without_gps(const Flown& f, int source) {
+  const RadarModel& radar = f.schmidt.settings().radars[static_cast<std::size_t>(source)];
+  return predict_plot(radar, f.mode().x.head<9>(), Vec<bias_term_count>::Zero()).q;
+}
+
+Matrix jacobian(const Flown& f, int source, int motion_at) {
+  const Hypothesis& h = f.mode();
+  Matrix H(3, h.x.size());
+  for (Eigen::Index i = 0; i < h.x.size(); ++i) {
+    const double step = 1e-3 * std::sqrt(h.P(i, i));
+    Vector plus = h.x;
+    Vector minus = h.x;
+    plus[i] += step;
+    minus[i] -= step;
+    const Vec<3> a = predicted(f, source, motion_at, plus);
+    const Vec<3> b = predicted(f, source, motion_at, minus);
+    H.col(i) = Vec<3>(a[0] - b[0], wrap_pi(a[1] - b[1]), a[2] - b[2]) / (2 * step);
+  }
+  return H;
+}
+
+/// P H' S^-1 in rows [at, at + size), zero elsewhere.
+Matrix gain_of_rows(const Matrix& P, const Matrix& H, const Matrix& R, Eigen::Index at, Eigen::Index size) {
+  const Matrix full = P * H.transpose() * Matrix(H * P * H.transpose() + R).inverse();
+  Matrix K = Matrix::Zero(P.rows(), H.rows());
+  K.middleRows(at, size) = full.middleRows(at, size);
+  return K;
+}
+
+/// In units of the prior's sigma. Differences over 1e-3 sigma are right to 1e-6; correlations of 1 - 1e-6 cost the
+/// rest.
+void expect_posterior(const Flown& before, const Hypothesis& after, const Matrix& K, const Matrix& H, const Matrix& R,
+                      const Vector& nu) {
+  const Matrix& P = before.mode().P;
+  const Matrix ImKH = Matrix::Identity(P.rows(), P.cols()) - K * H;
+  const Matrix expected = ImKH * P * ImKH.transpose() + K * R * K.transpose();
+  const Vector scale = P.diagonal().cwiseSqrt();
+  EXPECT_LT(((after.x - before.mode().x - K * nu).array() / scale.array()).abs().maxCoeff(), 1e-5);
+  EXPECT_LT(((after.P - expected).array() / (scale * scale.transpose()).array()).abs().maxCoeff(), 1e-5);
+  EXPECT_EQ(after.P, after.P.transpose().eval());
+}
+
+TEST(Schmidt, APlotCorrectsTheFusedTrackAndTheBiasesAsTheConsiderFilterDoes) {
+  const Flown f = fly_schmidt();
+  const Eigen::Index n = f.mode().x.size();
+  for (int source = 0; source < 2; ++source) {
+    const RadarModel& radar = f.schmidt.settings().radars[static_cast<std::size_t>(source)];
+    const Vec<3> sigma = plot_variance(radar, 0.5).cwiseSqrt();
+    const Vec<3> q = predicted(f, source, Schmidt::fused_at, f.mode().x) + sigma.cwiseProduct(Vec<3>(0.7, -0.4, 1.1));
+    Measurement m;
+    m.epoch = f.epoch();
+    m.source = source;
+    m.plot = {q[0], wrap_two_pi(q[1]), q[2]};
+    Schmidt::State updated = f.state;
+    ASSERT_EQ(f.schmidt.apply(updated, m).verdict, Verdict::Accepted);
+
+    // The plot is used twice, with the same noise.
+    const Matrix R = sigma.cwiseAbs2().asDiagonal();
+    const Matrix H_f = jacobian(f, source, Schmidt::fused_at);
+    const Matrix H_g = jacobian(f, source, Schmidt::gps_at);
+    Matrix H(6, n), K(n, 6), R_both(6, 6);
+    H << H_f, H_g;
+    K << gain_of_rows(f.mode().P, H_f, R, Schmidt::fused_at, 9),
+        gain_of_rows(f.mode().P, H_g, R, Schmidt::first_radar_at, n - Schmidt::first_radar_at);
+    R_both << R, R, R, R;
+    Vector nu(6);
+    nu << plot_residual(m.plot, predicted(f, source, Schmidt::fused_at, f.mode().x)),
+        plot_residual(m.plot, predicted(f, source, Schmidt::gps_at, f.mode().x));
+    const Hypothesis& after = updated.targets[0].bank.mode[0];
+    expect_posterior(f, after, K, H, R_both, nu);
+
+    // No radar touches the GPS track.
+    EXPECT_EQ((after.x.segment<12>(Schmidt::gps_at)), (f.mode().x.segment<12>(Schmidt::gps_at)));
+    EXPECT_EQ((after.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at)),
+              (f.mode().P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at)));
+    EXPECT_NE(after.x.tail(n - Schmidt::first_radar_at), f.mode().x.tail(n - Schmidt::first_radar_at));
+  }
+}
+
+TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
+  const Flown f = fly_schmidt();
+  const Eigen::Index n = f.mode().x.size();
+  Measurement m;
+  m.kind = Measurement::Kind::Gps;
+  m.epoch = f.epoch();
+  m.position.m = f.mode().x.segment<3>(Schmidt::gps_at) + Vec<3>(3, -4, 2);
+  m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+  Schmidt::State updated = f.state;
+  ASSERT_EQ(f.schmidt.apply(updated, m).verdict, Verdict::Accepted);
+
+  Matrix H = Matrix::Zero(3, n);
+  H.middleCols<3>(Schmidt::gps_at).setIdentity();
+  H.middleCols<3>(Schmidt::gps_error_at).setIdentity();
+  const Matrix R = 25 * Matrix::Identity(3, 3);
+  const Matrix K = gain_of_rows(f.mode().P, H, R, Schmidt::gps_at, n - Schmidt::gps_at);
+  const Vec<3> nu =
+      m.position.m - f.mode().x.segment<3>(Schmidt::gps_at) - f.mode().x.segment<3>(Schmidt::gps_error_at);
+  const Hypothesis& after = updated.targets[0].bank.mode[0];
+  expect_posterior(f, after, K, H, R, nu);
+
+  // No fix touches the fused track.
+  EXPECT_EQ(after.x.head<9>(), f.mode().x.head<9>());
+  EXPECT_EQ((after.P.topLeftCorner<9, 9>()), (f.mode().P.topLeftCorner<9, 9>()));
+}
+
+TEST(Schmidt, WithoutGpsNoBiasIsLearnt) {
+  const Flown f = fly_schmidt(false);
+  for (int radar = 0; radar < 2; ++radar) {
+    const BiasEstimate b = f.schmidt.bias(f.state, radar);
+    EXPECT_TRUE(b.value.isZero(0));
+    for (int i = 0; i < b.terms; ++i) EXPECT_EQ(b.state[static_cast<std::size_t>(i)], BiasState::NotObservable);
+  }
+}
+
+/// Half a degree, or 500 m: no bias that a radar may have before any GPS.
+TEST(Schmidt, WithoutGpsOutliersAreStillRejected) {
+  Flown f = fly_schmidt(false);
+  for (int kind = 0; kind < 2; ++kind) {
+    for (int source = 0; source < 2; ++source) {
+      const Vec<3> q = predicted_without_gps(f, source);
+      Measurement m;
+      m.epoch = f.epoch();
+      m.source = source;
+      m.plot = {q[0] + (kind == 0 ? 500 : 0), q[1], q[2] + (kind == 1 ? 0.5 * deg : 0)};
+      EXPECT_EQ(f.schmidt.apply(f.state, m).verdict, Verdict::Gated) << kind << " " << source;
+    }
+  }
+}
+
+/// The first fixes open the wide priors, and the fused track stays where it was.
+TEST(Schmidt, GpsThatComesLaterOpensTheBiases) {
+  const Flight f = draw_flight(7, 30, true);
+  const auto method = make_method("schmidt", f.settings);
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  for (const Measurement& m : f.measurements) {
+    if (m.kind == Measurement::Kind::Gps && m.epoch < Time{} + seconds(20)) continue;
+    (void)method->process(m, m.epoch);
+    const auto e = method->fused(0, m.epoch);
+    const double error = (e->mean.head<3>() - test::truth_at(pad, (m.epoch - Time{}).seconds()).m).norm();
+    const double t = (m.epoch - Time{}).seconds();
+    EXPECT_LT(error, t > 35 ? 40 : t > 15 ? 250 : 1000) << t;
+  }
+  EXPECT_EQ(method->bias(0).reference, BiasReference::Gps);
+  EXPECT_EQ(method->bias(0).terms, 10);
+}
+
+}  // namespace
+}  // namespace downrange
