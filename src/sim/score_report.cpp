@@ -176,10 +176,10 @@ void source_table(std::ostringstream& out, const Summary& summary) {
         << right(row.mismatch_s == 0 ? "-" : std::to_string(row.mismatch_s) + " s", 11) << '\n'
         << reasons(row);
   }
-  out << "* NIS in 95 %: share of normalised innovations inside their 95 % region, 95 % when the model is right;\n"
-      << "  worst: of a full window (" << MismatchAlarm().window()
-      << " messages); mismatch: how long the alarm rang, below " << number(100 * MismatchAlarm::threshold, 0, 0)
-      << " % of a full window\n";
+  out << "* of outliers: rejected of those planted; NIS in 95 %: share of normalised innovations in their 95 %\n"
+      << "  region, 95 % when the model is right; worst: of a full window of " << MismatchAlarm().window()
+      << "; mismatch: how long the\n  alarm rang, below " << number(100 * MismatchAlarm::threshold, 0, 0)
+      << " % in a full window\n";
 }
 
 /// How a term is shown: its unit, in the unit SI gives.
@@ -229,9 +229,8 @@ void bias_table(std::ostringstream& out, const Summary& summary) {
           << left(unit.name, 6) << to_string(bias.state[k]) << '\n';
     }
   }
-  out << "* not observable: the flight could not tell the term, alone or from the others; frozen: without a reference "
-         "in\n"
-      << "  the end. One term is no property of the radar: what counts is what all leave at the places flown, above.\n";
+  out << "* not observable: the flight could not tell the term, alone or from the others; frozen: without a\n"
+      << "  reference in the end. Terms stand in for each other: what counts is what all of them leave, above\n";
 }
 
 nlohmann::ordered_json json_of(const SourceScore& source) {
