@@ -301,8 +301,9 @@ TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
   ResultSink& run = scorer.open_run("fused");
   std::uint64_t sequence = 0;
   const auto send = [&](bool outlier, Reason verdict = Reason::Accepted) {
-    scorer.mark_outlier("goheung", outlier ? ++sequence : 1'000'000);
-    Observation plot = make_plot(outlier ? sequence : ++sequence, static_cast<double>(sequence), {});
+    ++sequence;
+    if (outlier) scorer.mark_outlier("goheung", sequence);
+    Observation plot = make_plot(sequence, static_cast<double>(sequence), {});
     plot.verdict = verdict;
     plot.received = plot.epoch + milliseconds(40);
     run.emit(plot);
