@@ -2,6 +2,7 @@
 /// for no other source (ALGORITHMS.md section 3).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <downrange/stage/engine.hpp>
 #include <map>
 
@@ -19,7 +20,9 @@ struct Told {
   SourceHealth last;
 };
 
-/// The reference launch (white noise, polar biases), the first radar's clock fast by `time_tag_s`, judged by joint.
+/// The reference launch (white noise, polar biases) to 440 s, the first radar's clock fast by `time_tag_s`, judged by
+/// joint. When the upper stage cuts off at 453 s, the late radar has upset the track, and whatever is measured against
+/// it rings as well.
 std::map<Name, Told> fly(double time_tag_s, std::vector<BiasBlock> blocks_of_first) {
   const std::string root = DOWNRANGE_SOURCE_DIR;
   RangeConfig range = config::load(root + "/config/naro.toml", {{"ingest.expect_simulated", "true", "test"}}).range;
@@ -45,7 +48,10 @@ std::map<Name, Told> fly(double time_tag_s, std::vector<BiasBlock> blocks_of_fir
   } sink;
   Engine engine(range, {}, sink);
   const sim::Simulation flight(scenario, 1);
-  for (const Event& event : flight.events()) engine.handle(engine.admit(event));
+  for (const Event& event : flight.events()) {
+    if (received_of(event) > scenario.liftoff + seconds(440.0)) break;
+    engine.handle(engine.admit(event));
+  }
   return sink.told;
 }
 
