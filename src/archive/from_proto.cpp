@@ -224,6 +224,11 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.residual_sigma = in.residual_sigma();
   out.nis = in.nis();
   out.qualified = in.qualified();
+  out.why = enumerator(in.why(), Disqualification::Rejected, "why", defect);
+  out.rejected_for = enumerator(in.rejected_for(), static_cast<Reason>(reason_count - 1), "rejected_for", defect);
+  out.nis_inside_95 = in.nis_inside_95();
+  out.nis_count = static_cast<int>(in.nis_count());
+  out.mismatch = in.mismatch();
   return out;
 }
 

@@ -210,6 +210,11 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_residual_sigma(in.residual_sigma);
   out.set_nis(in.nis);
   out.set_qualified(in.qualified);
+  out.set_why(wire<record::Disqualification>(in.why));
+  out.set_rejected_for(wire<record::Reason>(in.rejected_for));
+  out.set_nis_inside_95(in.nis_inside_95);
+  out.set_nis_count(static_cast<std::uint32_t>(in.nis_count));
+  out.set_mismatch(in.mismatch);
 }
 
 void to_proto(const LastTick& in, record::LastTick& out) { out.set_tick_ns(in.tick.ns); }

@@ -7,6 +7,7 @@ static_assert(int(BiasState::Frozen) == int(wire::BIAS_FROZEN));
 static_assert(int(BiasReference::CrossRadar) == int(wire::BIAS_REFERENCE_CROSS_RADAR));
 static_assert(int(TrackQuality::Coasting) == int(wire::TRACK_COASTING));
 static_assert(int(SlavingSource::Nominal) == int(wire::SLAVING_NOMINAL));
+static_assert(int(Disqualification::Rejected) == int(wire::DISQUALIFICATION_REJECTED));
 static_assert(int(ClockMode::Range) == int(wire::CLOCK_RANGE));
 
 void to_wire(const SensorBias& from, wire::SensorBias& to) {
@@ -140,6 +141,11 @@ void to_wire(const SourceHealth& from, wire::SourceHealth& to) {
   to.residual_sigma(from.residual_sigma);
   to.nis(from.nis);
   to.qualified(from.qualified);
+  to.why(same_number<wire::Disqualification>(from.why));
+  to.rejected_for(same_number<wire::Reason>(from.rejected_for));
+  to.nis_inside_95(from.nis_inside_95);
+  to.nis_count(static_cast<std::uint32_t>(from.nis_count));
+  to.mismatch(from.mismatch);
 }
 
 Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node) {
@@ -155,6 +161,11 @@ Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node) {
   to.residual_sigma = from.residual_sigma();
   to.nis = from.nis();
   to.qualified = from.qualified();
+  check.enumerator("why", from.why(), Disqualification::Rejected, to.why);
+  check.enumerator("rejected_for", from.rejected_for(), Reason::Frozen, to.rejected_for);
+  to.nis_inside_95 = from.nis_inside_95();
+  to.nis_count = static_cast<int>(from.nis_count());
+  to.mismatch = from.mismatch();
   return check.defect();
 }
 

@@ -8,6 +8,7 @@
 #include <downrange/est/consistency.hpp>
 #include <downrange/geo/polar.hpp>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -128,6 +129,40 @@ struct RadarAccount {
   IntervalMeans after;
 };
 
+/// What health told of a source once a second.
+struct HealthSample {
+  std::uint64_t weighed = 0;  ///< by the method since the start
+  int window = 0;             ///< the last of these that the share is over
+  double inside_95 = 1;
+  bool mismatch = false;
+};
+
+struct SourceTally {
+  std::array<std::uint64_t, reason_count> by_ingest{};
+  std::uint64_t gated = 0;
+  std::uint64_t frozen = 0;
+  std::size_t outliers = 0;
+  std::size_t outliers_rejected = 0;
+  std::vector<HealthSample> health;
+};
+
+/// Disjoint windows from the end of the flight back.
+void add_consistency(const std::vector<HealthSample>& health, SourceScore& score) {
+  const int full = MismatchAlarm().window();
+  double inside = 0;
+  std::uint64_t begin = std::numeric_limits<std::uint64_t>::max();  // of what is counted so far
+  for (auto h = health.rbegin(); h != health.rend(); ++h) {
+    if (h->mismatch) ++score.mismatch_s;
+    if (h->window == full) score.least_nis_inside_95 = std::min(score.least_nis_inside_95.value_or(1), h->inside_95);
+    const auto window = static_cast<std::uint64_t>(h->window);
+    if (window == 0 || h->weighed > begin) continue;
+    score.nis_count += window;
+    inside += h->inside_95 * h->window;
+    begin = h->weighed - std::min(window, h->weighed);
+  }
+  if (score.nis_count > 0) score.nis_inside_95 = inside / static_cast<double>(score.nis_count);
+}
+
 }  // namespace
 
 /// Collects what one run says.
@@ -166,6 +201,29 @@ class Scorer::Run : public ResultSink {
     return {sensor, account.plots, account.rejected, account.before.rms_of_means(), account.after.rms_of_means()};
   }
 
+  [[nodiscard]] SourceScore source_score(const Name& sensor, ObservationKind kind) const {
+    SourceScore score;
+    score.sensor = sensor;
+    score.kind = kind;
+    const auto found = sources_.find({kind, sensor});
+    if (found == sources_.end()) return score;
+    const SourceTally& tally = found->second;
+    score.count = tally.by_ingest;
+    auto& accepted = score.count[static_cast<std::size_t>(Reason::Accepted)];
+    accepted -= std::min(tally.gated + tally.frozen, accepted);
+    score.count[static_cast<std::size_t>(Reason::Gated)] = tally.gated;
+    score.count[static_cast<std::size_t>(Reason::Frozen)] = tally.frozen;
+    score.outliers = tally.outliers;
+    score.outliers_rejected = tally.outliers_rejected + (open_outlier_ && open_outlier_->sensor == sensor ? 1 : 0);
+    add_consistency(tally.health, score);
+    return score;
+  }
+
+  [[nodiscard]] std::optional<SensorBias> last_bias(const Name& sensor) const {
+    const auto found = biases_.find(sensor);
+    return found == biases_.end() || found->second.terms == 0 ? std::nullopt : std::optional(found->second);
+  }
+
   [[nodiscard]] std::vector<PointingScore> pointing_scores(const Name& antenna) const {
     std::vector<PointingScore> scores;
     for (const auto& [key, samples] : pointing_) {
@@ -180,7 +238,35 @@ class Scorer::Run : public ResultSink {
   }
 
  private:
+  /// An outlier that ingest let through, until the method's results of the same event show that it took it.
+  struct OpenOutlier {
+    Name sensor;
+    Time received;
+  };
+
+  void tally(const Observation& observation) {
+    SourceTally& source = sources_[{observation.kind, observation.sensor}];
+    ++source.by_ingest[static_cast<std::size_t>(observation.verdict)];
+    if (open_outlier_) ++sources_[{ObservationKind::Radar, open_outlier_->sensor}].outliers_rejected;
+    open_outlier_.reset();
+    if (observation.kind != ObservationKind::Radar ||
+        !scorer_.outliers_.contains({observation.sensor, observation.sequence}))
+      return;
+    ++source.outliers;
+    if (observation.verdict == Reason::Accepted) {
+      open_outlier_ = {observation.sensor, observation.received};
+    } else {
+      ++source.outliers_rejected;
+    }
+  }
+
+  /// A result that the first method gave for an event received then: it took what came with it.
+  void taken(const Name& method, Time received) {
+    if (open_outlier_ && method == scorer_.first_method() && received == open_outlier_->received) open_outlier_.reset();
+  }
+
   void add(const Trajectory& trajectory) {
+    taken(trajectory.method, trajectory.received);
     if (trajectory.target != scorer_.target_) return;
     const std::optional<TrueState> truth = scorer_.truth_(trajectory.epoch);
     if (!truth) return;
@@ -191,6 +277,7 @@ class Scorer::Run : public ResultSink {
   }
 
   void add(const Observation& observation) {
+    tally(observation);
     if (observation.kind != ObservationKind::Radar || observation.target != scorer_.target_) return;
     const auto radar = std::find_if(scorer_.range_.radars.begin(), scorer_.range_.radars.end(),
                                     [&](const RadarConfig& r) { return r.id == observation.sensor; });
@@ -220,8 +307,8 @@ class Scorer::Run : public ResultSink {
   }
 
   void add(const SensorBias& bias) {
-    const auto& methods = scorer_.range_.fuse.methods;
-    if (!methods.empty() && bias.method == methods.front()) biases_[bias.sensor] = bias;
+    taken(bias.method, bias.received);
+    if (bias.method == scorer_.first_method()) biases_[bias.sensor] = bias;
   }
 
   void add(const SlavingCommand& command) {
@@ -246,7 +333,18 @@ class Scorer::Run : public ResultSink {
     if (elevation_error <= 2 * command.sigma_elevation_rad) ++samples.axes_inside;
   }
 
-  void add(const SourceHealth&) {}
+  void add(const SourceHealth& health) {
+    const auto of = [&](Reason reason) { return health.count[static_cast<std::size_t>(reason)]; };
+    for (auto& [key, source] : sources_) {
+      if (key.second != health.sensor) continue;
+      source.gated = of(Reason::Gated);
+      source.frozen = of(Reason::Frozen);
+      source.health.push_back({.weighed = of(Reason::Accepted) + source.gated,
+                               .window = health.nis_count,
+                               .inside_95 = health.nis_inside_95,
+                               .mismatch = health.mismatch});
+    }
+  }
 
   const Scorer& scorer_;
   std::string label_;
@@ -254,6 +352,8 @@ class Scorer::Run : public ResultSink {
   std::map<Name, std::vector<PositionSample>> positions_;  // by method
   std::map<Name, SensorBias> biases_;
   std::map<Name, RadarAccount> radars_;
+  std::map<std::pair<ObservationKind, Name>, SourceTally> sources_;
+  std::optional<OpenOutlier> open_outlier_;
   std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
 };
 
@@ -262,6 +362,8 @@ bool Scorer::in_a_phase(Time t) const {
     return t >= liftoff_ + seconds(phase.from_s) && t < liftoff_ + seconds(phase.to_s);
   });
 }
+
+Name Scorer::first_method() const { return range_.fuse.methods.empty() ? Name() : range_.fuse.methods.front(); }
 
 Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
                std::vector<Phase> phases)
@@ -286,6 +388,17 @@ Summary Scorer::summary() const {
   for (const RadarConfig& radar : range_.radars) summary.radars.push_back(runs_.front().radar_score(radar.id));
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : runs_.front().pointing_scores(antenna.id)) summary.pointing.push_back(score);
+  summary.method = first_method();
+  const auto add_sources = [&](const auto& entries, ObservationKind kind) {
+    for (const auto& entry : entries) {
+      summary.sources.push_back(runs_.front().source_score(entry.id, kind));
+      if (kind == ObservationKind::Gps) continue;
+      if (const auto bias = runs_.front().last_bias(entry.id)) summary.biases.push_back(*bias);
+    }
+  };
+  add_sources(range_.radars, ObservationKind::Radar);
+  add_sources(range_.angle_sensors, ObservationKind::Angles);
+  add_sources(range_.telemetry, ObservationKind::Gps);
   return summary;
 }
 

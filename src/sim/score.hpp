@@ -1,7 +1,9 @@
 #pragma once
 /// How good a flight was, against the truth: position error per phase, systematic error left per radar, pointing error
-/// per antenna. Fed with the engine's results in the order the engine made them.
+/// per antenna; what became of each source's messages, and what was found of each bias. Fed with the engine's results
+/// in the order the engine made them.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <downrange/geo/refraction.hpp>
@@ -9,6 +11,7 @@
 #include <downrange/stage/result.hpp>
 #include <list>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -62,11 +65,30 @@ struct PointingScore {
   double worst_age_s = 0;
 };
 
+/// What became of one source's messages in the whole flight, whatever their target, and how they fit the first method.
+struct SourceScore {
+  Name sensor;
+  ObservationKind kind = ObservationKind::Radar;
+  /// By Reason: ingest's, and of the newest health record the method's. [Accepted] stood after both.
+  std::array<std::uint64_t, reason_count> count{};
+  std::size_t outliers = 0;           ///< planted: marked, and delivered
+  std::size_t outliers_rejected = 0;  ///< of these, by ingest or, when they arrived, by the method
+  /// NIS inside their 95 % region: of as many disjoint windows of health records as the flight holds. Between two of
+  /// them up to a second's messages are left out, and nothing is counted twice.
+  std::uint64_t nis_count = 0;
+  double nis_inside_95 = 0;                     ///< share of these
+  std::optional<double> least_nis_inside_95{};  ///< of a full window of the mismatch alarm; none: none was filled
+  int mismatch_s = 0;                           ///< how long the alarm rang
+};
+
 struct Summary {
   std::vector<Phase> phases;
   std::vector<TrajectoryScore> trajectories;  ///< as open_run says
   std::vector<RadarScore> radars;             ///< of the first run, in the range's order
   std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
+  Name method;                                ///< whose the rest is: the range's first
+  std::vector<SourceScore> sources;           ///< of the first run: radars, trackers, stations, in the range's order
+  std::vector<SensorBias> biases;             ///< the last of the first run; radars, trackers, in the range's order
 };
 
 class Scorer {
@@ -83,7 +105,7 @@ class Scorer {
   /// Runs to compare follow ("goheung alone"): of those the primary method's trajectory counts.
   [[nodiscard]] ResultSink& open_run(const std::string& label);
 
-  /// This plot is a planted outlier: no part of a radar's systematic error. Before the plot is emitted.
+  /// This plot of a radar is a planted outlier: no part of its systematic error. Before the plot is emitted.
   void mark_outlier(const Name& sensor, std::uint64_t sequence) { outliers_.emplace(sensor, sequence); }
 
   [[nodiscard]] Summary summary() const;
@@ -91,6 +113,7 @@ class Scorer {
  private:
   class Run;
   [[nodiscard]] bool in_a_phase(Time t) const;
+  [[nodiscard]] Name first_method() const;
 
   RangeConfig range_;
   Name target_;

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <downrange/est/consistency.hpp>
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -12,6 +14,7 @@ namespace {
 
 constexpr double mdeg = std::numbers::pi / 180 / 1000;
 constexpr std::size_t label_width = 22;
+constexpr std::size_t text_width = 100;
 constexpr std::size_t phases_per_line = 3;  // 22 + 3 * 26 = 100 columns
 
 /// Right-aligned; decimals go when the number is too long for its column.
@@ -23,7 +26,9 @@ std::string number(double value, int width, int decimals) {
   return text.str();
 }
 
-std::string percent(double share, int width) { return number(100 * share, width - 2, 0) + " %"; }
+std::string percent(double share, int width, int decimals = 0) {
+  return number(100 * share, width - 2, decimals) + " %";
+}
 
 std::string right(std::string_view text, std::size_t width) {
   return text.size() >= width ? std::string(text) : std::string(width - text.size(), ' ') + std::string(text);
@@ -117,6 +122,150 @@ void pointing_table(std::ostringstream& out, const Summary& summary) {
       << "  age: of the newest measurement behind the command, at application\n";
 }
 
+std::string_view kind_name(ObservationKind kind) {
+  switch (kind) {
+    case ObservationKind::Radar:
+      return "radar";
+    case ObservationKind::Gps:
+      return "gps";
+    case ObservationKind::Angles:
+      return "angles";
+  }
+  return "unknown";
+}
+
+std::uint64_t rejected(const SourceScore& source) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    if (static_cast<Reason>(i) != Reason::Accepted) sum += source.count[i];
+  }
+  return sum;
+}
+
+/// "duplicate 20, gated 3", in lines that fit beside the label.
+std::string reasons(const SourceScore& source) {
+  std::string text;
+  std::string line;
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    const auto reason = static_cast<Reason>(i);
+    if (reason == Reason::Accepted || source.count[i] == 0) continue;
+    const std::string entry = std::string(to_string(reason)) + " " + std::to_string(source.count[i]);
+    if (label_width + 10 + line.size() + entry.size() + 2 > text_width) {
+      text += left("", label_width) + "          " + line + ",\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : ", ") + entry;
+  }
+  if (line.empty()) return {};
+  text += left("", label_width) + "          " + line + '\n';
+  return text.replace(label_width, 9, "rejected:");
+}
+
+void source_table(std::ostringstream& out, const Summary& summary) {
+  out << "\nMessages of each source in the whole flight, and how they fit what " << summary.method.view()
+      << " assumes of it\n\n"
+      << left("", label_width) << right("accepted", 10) << right("rejected", 10) << right("of outliers", 15)
+      << right("NIS in 95 %", 13) << right("worst", 9) << right("mismatch", 11) << '\n';
+  for (const SourceScore& row : summary.sources) {
+    const std::string outliers = std::to_string(row.outliers_rejected) + " of " + std::to_string(row.outliers);
+    out << left(row.sensor.view(), label_width)
+        << right(std::to_string(row.count[static_cast<std::size_t>(Reason::Accepted)]), 10)
+        << right(std::to_string(rejected(row)), 10) << right(row.outliers == 0 ? "-" : outliers, 15)
+        << (row.nis_count == 0 ? right("-", 13) : percent(row.nis_inside_95, 13, 1))
+        << (row.least_nis_inside_95 ? percent(*row.least_nis_inside_95, 9, 1) : right("-", 9))
+        << right(row.mismatch_s == 0 ? "-" : std::to_string(row.mismatch_s) + " s", 11) << '\n'
+        << reasons(row);
+  }
+  out << "* of outliers: rejected of those planted; NIS in 95 %: share of normalised innovations in their 95 %\n"
+      << "  region, 95 % when the model is right; worst: of a full window of " << MismatchAlarm().window()
+      << "; mismatch: how long the\n  alarm rang, below " << number(100 * MismatchAlarm::threshold, 0, 0)
+      << " % in a full window\n";
+}
+
+/// How a term is shown: its unit, in the unit SI gives.
+struct TermUnit {
+  std::string_view name;
+  double size;
+};
+
+TermUnit unit_of(BiasTerm term) {
+  switch (term) {
+    case BiasTerm::OffsetSouth:
+    case BiasTerm::OffsetEast:
+    case BiasTerm::OffsetZenith:
+    case BiasTerm::OffsetRange:
+      return {"m", 1};
+    case BiasTerm::OffsetAzimuth:
+    case BiasTerm::OffsetElevation:
+      return {"mdeg", mdeg};
+    case BiasTerm::ScaleSouth:
+    case BiasTerm::ScaleEast:
+    case BiasTerm::ScaleZenith:
+    case BiasTerm::ScaleRange:
+    case BiasTerm::ScaleAzimuth:
+    case BiasTerm::ScaleElevation:
+      return {"ppm", 1e-6};
+    case BiasTerm::TimeTag:
+      return {"ms", 1e-3};
+  }
+  return {"", 1};
+}
+
+double sigma_of(const SensorBias& bias, int i) {
+  const int diagonal = triangle_size(bias.terms) - triangle_size(bias.terms - i);
+  return std::sqrt(bias.covariance[static_cast<std::size_t>(diagonal)]);
+}
+
+void bias_table(std::ostringstream& out, const Summary& summary) {
+  if (summary.biases.empty()) return;
+  out << "\nBiases at the end by " << summary.method.view() << " (measured = true + bias)\n\n"
+      << left("", label_width) << left("term", 18) << right("value", 12) << right("1-sigma", 12) << "       state\n";
+  for (const SensorBias& bias : summary.biases) {
+    for (int i = 0; i < bias.terms; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const TermUnit unit = unit_of(bias.term[k]);
+      out << left(i == 0 ? bias.sensor.view() : "", label_width) << left(to_string(bias.term[k]), 18)
+          << number(bias.value[k] / unit.size, 12, 2) << number(sigma_of(bias, i) / unit.size, 12, 2) << ' '
+          << left(unit.name, 6) << to_string(bias.state[k]) << '\n';
+    }
+  }
+  out << "* not observable: the flight could not tell the term, alone or from the others; frozen: without a\n"
+      << "  reference in the end. Terms stand in for each other: what counts is what all of them leave, above\n";
+}
+
+nlohmann::ordered_json json_of(const SourceScore& source) {
+  using nlohmann::ordered_json;
+  ordered_json reasons = ordered_json::object();
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    const auto reason = static_cast<Reason>(i);
+    if (reason != Reason::Accepted) reasons[std::string(to_string(reason))] = source.count[i];
+  }
+  const auto known = [](bool is, double share) { return is ? ordered_json(share) : ordered_json(nullptr); };
+  return {
+      {"source", source.sensor.view()},
+      {"kind", kind_name(source.kind)},
+      {"accepted", source.count[static_cast<std::size_t>(Reason::Accepted)]},
+      {"rejected", reasons},
+      {"outliers", source.outliers},
+      {"outliers_rejected", source.outliers_rejected},
+      {"nis_count", source.nis_count},
+      {"nis_inside_95", known(source.nis_count > 0, source.nis_inside_95)},
+      {"least_nis_inside_95", known(source.least_nis_inside_95.has_value(), source.least_nis_inside_95.value_or(0))},
+      {"mismatch_s", source.mismatch_s}};
+}
+
+nlohmann::ordered_json json_of(const SensorBias& bias) {
+  nlohmann::ordered_json terms = nlohmann::ordered_json::array();
+  for (int i = 0; i < bias.terms; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    terms.push_back({{"term", to_string(bias.term[k])},
+                     {"value", bias.value[k]},
+                     {"sigma", sigma_of(bias, i)},
+                     {"state", to_string(bias.state[k])}});
+  }
+  return {{"source", bias.sensor.view()}, {"plots", bias.samples}, {"terms", terms}};
+}
+
 nlohmann::ordered_json json_of(const SystematicError& error) {
   return {{"range_m", error.range_m}, {"azimuth_sky_rad", error.azimuth_rad}, {"elevation_rad", error.elevation_rad}};
 }
@@ -135,6 +284,8 @@ std::string format_text(const Summary& summary) {
   std::ostringstream out;
   position_table(out, summary);
   radar_table(out, summary);
+  source_table(out, summary);
+  bias_table(out, summary);
   pointing_table(out, summary);
   return out.str();
 }
@@ -171,7 +322,12 @@ std::string format_json(const Summary& summary) {
                         {"inside_2_sigma", row.inside_2_sigma},
                         {"mean_age_s", row.mean_age_s},
                         {"worst_age_s", row.worst_age_s}});
-  const ordered_json summary_json = {{"trajectories", trajectories}, {"radars", radars}, {"pointing", pointing}};
+  ordered_json sources = ordered_json::array();
+  for (const SourceScore& source : summary.sources) sources.push_back(json_of(source));
+  ordered_json biases = ordered_json::array();
+  for (const SensorBias& bias : summary.biases) biases.push_back(json_of(bias));
+  const ordered_json summary_json = {{"trajectories", trajectories},    {"radars", radars},   {"pointing", pointing},
+                                     {"method", summary.method.view()}, {"sources", sources}, {"biases", biases}};
   return summary_json.dump(2) + "\n";
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Running account of every source: what came, how late, what was rejected and why.
+/// Running account of every source: what came, how late, what was rejected and why, does it fit its model.
 
 #include <downrange/est/method.hpp>
 #include <downrange/stage/range_config.hpp>
@@ -14,7 +14,8 @@ class SourceMonitor {
 
   void count(const Observation& o);
 
-  /// One record per source; `method` (null on an ingest node) adds what its gate rejected. Call once a second.
+  /// One record per source; `method` (null on an ingest node) adds what its gate rejected and how its innovations fit.
+  /// Call once a second.
   void report(Time tick, const Method* method, ResultSink& sink);
 
  private:
@@ -22,13 +23,23 @@ class SourceMonitor {
     Name sensor;
     Name target;
     ObservationKind kind = ObservationKind::Radar;
-    int account = -1;  ///< index in the method's accounts, -1: none
+    int account = -1;            ///< index in the method's accounts, -1: none
+    Duration silent_after = {};  ///< no message for longer
     std::array<std::uint64_t, reason_count> count{};
     std::uint64_t messages = 0;
     std::uint64_t reported_messages = 0;
+    Time newest;  ///< received
     double latency_s = 0;
     bool seen = false;
+    int rejected_in_row = 0;  ///< by ingest
+    Reason rejected_for = Reason::Accepted;
+    std::uint64_t reported_frozen = 0;
+    bool frozen = false;  ///< by the method, and none accepted since
   };
+
+  /// What the method made of the source's messages.
+  static void add(const SourceAccount& account, Source& source, SourceHealth& health);
+  static void qualify(Time tick, const Source& source, int gated_in_row, SourceHealth& health);
 
   std::vector<Source> sources_;  ///< as a method counts them, and last whoever is not configured
 };

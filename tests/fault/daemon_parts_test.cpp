@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "app/downranged/event_queue.hpp"
+#include "app/downranged/health_notes.hpp"
 #include "app/downranged/latency.hpp"
 #include "app/downranged/notify.hpp"
 #include "app/downranged/service.hpp"
@@ -73,6 +74,34 @@ TEST(Queue, NamesTheWorstRing) {
   EXPECT_EQ(queue.losses().dropped, 5u);
   EXPECT_EQ(queue.losses().worst, "mission");
   EXPECT_EQ(queue.losses().worst_dropped, 4u);
+}
+
+TEST(HealthNotes, EachChangeOnceAndBySource) {
+  HealthNotes notes;
+  SourceHealth health;
+  health.sensor = "a";
+  health.qualified = true;
+  EXPECT_EQ(notes.changes(health), "");
+  health.qualified = false;
+  health.why = Disqualification::Silent;
+  EXPECT_EQ(notes.changes(health), "source a: NOT qualified: silent");
+  EXPECT_EQ(notes.changes(health), "");
+  health.why = Disqualification::Rejected;
+  health.rejected_for = Reason::NotTracking;
+  EXPECT_EQ(notes.changes(health), "");
+  SourceHealth other = health;
+  other.sensor = "b";
+  EXPECT_EQ(notes.changes(other), "source b: NOT qualified: not_tracking");
+  health.qualified = true;
+  health.mismatch = true;
+  health.nis_inside_95 = 0.9;
+  health.nis_count = 1000;
+  EXPECT_EQ(notes.changes(health),
+            "source a: qualified again; MISMATCH: 90.0 % of its last 1000 NIS inside 95 %: what is configured of it "
+            "(bias_blocks, sigmas, angle_inflation) does not fit");
+  EXPECT_EQ(notes.changes(health), "");
+  health.mismatch = false;
+  EXPECT_EQ(notes.changes(health), "source a: fits again: mismatch alarm over");
 }
 
 TEST(Queue, CloseEndsAWait) {

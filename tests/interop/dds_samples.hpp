@@ -169,6 +169,11 @@ inline SourceHealth sample_health() {
   health.residual_sigma = 1.1;
   health.nis = 0.9;
   health.qualified = true;
+  health.why = Disqualification::Rejected;
+  health.rejected_for = Reason::Frozen;
+  health.nis_inside_95 = 0.925;
+  health.nis_count = 1000;
+  health.mismatch = true;
   return health;
 }
 
@@ -312,6 +317,11 @@ inline void expect_equal(const SourceHealth& a, const SourceHealth& b) {
   EXPECT_EQ(a.residual_sigma, b.residual_sigma);
   EXPECT_EQ(a.nis, b.nis);
   EXPECT_EQ(a.qualified, b.qualified);
+  EXPECT_EQ(a.why, b.why);
+  EXPECT_EQ(a.rejected_for, b.rejected_for);
+  EXPECT_EQ(a.nis_inside_95, b.nis_inside_95);
+  EXPECT_EQ(a.nis_count, b.nis_count);
+  EXPECT_EQ(a.mismatch, b.mismatch);
 }
 
 }  // namespace downrange::dds

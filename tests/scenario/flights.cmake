@@ -1,4 +1,6 @@
 downrange_test(scenario_launch_test ${CMAKE_CURRENT_LIST_DIR}/launch_test.cpp LIBS downrange_sim downrange_config)
+downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_alarm_test.cpp
+               LIBS downrange_sim downrange_config)
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp
                LIBS downrange_sim downrange_config downrange_archive TIMEOUT 600)
 

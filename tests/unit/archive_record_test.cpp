@@ -80,6 +80,14 @@ TEST(ArchiveRecord, EveryFieldOfTheMessageMeansTheFieldOfTheStruct) {
   EXPECT_EQ(observation.position_y_m(), 4.2e6);
   EXPECT_EQ(observation.velocity_z_m_s(), -3);
   EXPECT_TRUE(observation.simulated());
+
+  record::SourceHealth health;
+  to_proto(some_health(), health);
+  EXPECT_EQ(health.why(), record::DISQUALIFICATION_REJECTED);
+  EXPECT_EQ(health.rejected_for(), record::REASON_FROZEN);
+  EXPECT_EQ(health.nis_inside_95(), 0.925);
+  EXPECT_EQ(health.nis_count(), 1000u);
+  EXPECT_TRUE(health.mismatch());
 }
 
 // The enumerations are written by number: C++ and Protobuf must count alike.
@@ -89,6 +97,7 @@ TEST(ArchiveRecord, EnumerationsEndAlike) {
   EXPECT_EQ(static_cast<int>(record::BiasTerm_MAX), static_cast<int>(BiasTerm::TimeTag));
   EXPECT_EQ(static_cast<int>(record::BiasState_MAX), static_cast<int>(BiasState::Frozen));
   EXPECT_EQ(static_cast<int>(record::SlavingSource_MAX), static_cast<int>(SlavingSource::Nominal));
+  EXPECT_EQ(static_cast<int>(record::Disqualification_MAX), static_cast<int>(Disqualification::Rejected));
   EXPECT_EQ(static_cast<int>(record::TrackMode_MAX), static_cast<int>(TrackMode::Coast));
   EXPECT_EQ(static_cast<int>(record::FixType_MAX), static_cast<int>(FixType::Differential));
   EXPECT_EQ(static_cast<int>(record::MissionEventKind_MAX), static_cast<int>(MissionEventKind::Mark));
@@ -155,6 +164,9 @@ TEST(ArchiveRecord, IllegalMessagesAreNamed) {
   record::SourceHealth health;
   for (std::size_t i = 0; i <= reason_count; ++i) health.add_count(1);
   EXPECT_NE(defect_of(health), "");
+  health.Clear();
+  health.set_why(static_cast<record::Disqualification>(3));
+  EXPECT_EQ(defect_of(health), "why: no enumerator has the number 3");
 }
 
 TEST(ArchiveRecord, WrongCountsOfOurOwnDoNotReadPastTheArrays) {

@@ -201,6 +201,11 @@ inline SourceHealth some_health() {
   h.residual_sigma = 1.1;
   h.nis = 0.95;
   h.qualified = true;
+  h.why = Disqualification::Rejected;
+  h.rejected_for = Reason::Frozen;
+  h.nis_inside_95 = 0.925;
+  h.nis_count = 1000;
+  h.mismatch = true;
   return h;
 }
 

@@ -262,6 +262,142 @@ TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
   EXPECT_NEAR(pointing[1].worst_age_s, 0.5, 1e-12);
 }
 
+SourceHealth make_health(double t_s, std::uint64_t accepted, std::uint64_t gated, int nis_count, double share) {
+  SourceHealth health;
+  health.sensor = "goheung";
+  health.time = at(t_s);
+  health.count[static_cast<std::size_t>(Reason::Accepted)] = accepted;
+  health.count[static_cast<std::size_t>(Reason::Gated)] = gated;
+  health.nis_count = nis_count;
+  health.nis_inside_95 = share;
+  health.mismatch = nis_count == 1000 && share < 0.93;
+  return health;
+}
+
+TEST(SourceScore, CountsWhatIngestAndTheMethodRejected) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  for (std::uint64_t i = 1; i <= 8; ++i) run.emit(make_plot(i, static_cast<double>(i), {}));
+  Observation late = make_plot(9, 9, {});
+  late.verdict = Reason::TooLate;
+  run.emit(late);
+  Observation other = make_plot(10, 10, {});
+  other.target = "other";
+  run.emit(other);
+  SourceHealth health = make_health(10, 6, 2, 8, 1);
+  health.count[static_cast<std::size_t>(Reason::Frozen)] = 1;
+  run.emit(health);
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.sensor, Name("goheung"));
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::TooLate)], 1u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Gated)], 2u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Frozen)], 1u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Accepted)],
+            6u);  // 9 that ingest let through, the rest of these
+}
+
+TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  std::uint64_t sequence = 0;
+  const auto send = [&](bool outlier, Reason verdict = Reason::Accepted) {
+    ++sequence;
+    if (outlier) scorer.mark_outlier("goheung", sequence);
+    Observation plot = make_plot(sequence, static_cast<double>(sequence), {});
+    plot.verdict = verdict;
+    plot.received = plot.epoch + milliseconds(40);
+    run.emit(plot);
+    return plot.received;
+  };
+  const auto answer = [&](Time received, const Name& method) {
+    SensorBias bias = make_bias({{BiasTerm::OffsetRange, 1}});
+    bias.method = method;
+    bias.received = received;
+    run.emit(bias);
+  };
+  answer(send(true), "song2015");               // taken
+  answer(send(true), "joint");                  // by another method: rejected by the first
+  send(true, Reason::OutOfLimits);              // by ingest
+  answer(send(true) - seconds(1), "song2015");  // an answer to something else
+  const Time good = send(false);
+  answer(good, "song2015");
+  Trajectory of_outlier = make_trajectory(6, Eigen::Vector3d::Zero(), 1);
+  of_outlier.received = send(true);
+  run.emit(of_outlier);  // a method without biases answers with its track
+  send(true);            // the last one: nothing came after it
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.outliers, 6u);
+  EXPECT_EQ(score.outliers_rejected, 4u);
+}
+
+TEST(SourceScore, TakesDisjointWindowsFromTheEnd) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  run.emit(make_health(1, 300, 0, 300, 0.5));      // counted: nothing of it is in the window that begins at 500
+  run.emit(make_health(2, 900, 0, 900, 0));        // inside the next
+  run.emit(make_health(3, 1400, 100, 1000, 0.9));  // counted: 500 to 1500
+  run.emit(make_health(4, 1900, 100, 1000, 0.92));
+  run.emit(make_health(5, 2400, 100, 1000, 0.96));  // counted: 1500 to 2500
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.nis_count, 2300u);
+  EXPECT_NEAR(score.nis_inside_95, (960 + 900 + 150) / 2300.0, 1e-12);
+  EXPECT_EQ(score.least_nis_inside_95, 0.9);
+  EXPECT_EQ(score.mismatch_s, 2);
+}
+
+TEST(SourceScore, WithoutAFullWindowThereIsNoWorstAndOfNothingNoShare) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  run.emit(make_health(1, 0, 0, 0, 1));
+  EXPECT_EQ(scorer.summary().sources.at(0).nis_count, 0u);
+  EXPECT_TRUE(nlohmann::json::parse(format_json(scorer.summary()))["sources"][0]["nis_inside_95"].is_null());
+  run.emit(make_health(2, 10, 0, 10, 0.8));
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.nis_inside_95, 0.8);
+  EXPECT_FALSE(score.least_nis_inside_95);
+}
+
+TEST(BiasReport, IsTheLastOfTheFirstMethodInTheUnitsOfAnEngineer) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_bias({{BiasTerm::OffsetRange, 1}}));
+  SensorBias last = make_bias({{BiasTerm::OffsetRange, 35.5},
+                               {BiasTerm::OffsetAzimuth, -0.012 * deg},
+                               {BiasTerm::ScaleElevation, 2.5e-4},
+                               {BiasTerm::TimeTag, 0.0031}});
+  last.samples = 77;
+  last.state = {BiasState::Converged, BiasState::Estimating, BiasState::NotObservable, BiasState::Frozen};
+  // Variances of a 4 x 4 triangle: rows begin at 0, 4, 7, 9.
+  last.covariance[0] = 4;
+  last.covariance[4] = std::pow(0.001 * deg, 2);
+  last.covariance[7] = 1e-8;
+  last.covariance[9] = 1e-6;
+  run.emit(last);
+  SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
+  other.method = "joint";
+  run.emit(other);
+  const std::string text = format_text(scorer.summary());
+  EXPECT_NE(text.find("Biases at the end by song2015"), std::string::npos);
+  const auto has = [&](const std::string& term, const std::string& figures) {
+    const auto line = text.find(term);
+    return line != std::string::npos &&
+           text.substr(line, text.find('\n', line) - line).find(figures) != std::string::npos;
+  };
+  EXPECT_TRUE(has("offset_range", "35.50        2.00 m     converged")) << text;
+  EXPECT_TRUE(has("offset_azimuth", "-12.00        1.00 mdeg  estimating")) << text;
+  EXPECT_TRUE(has("scale_elevation", "250.00      100.00 ppm   not observable")) << text;
+  EXPECT_TRUE(has("time_tag", "3.10        1.00 ms    frozen")) << text;
+  const auto json = nlohmann::json::parse(format_json(scorer.summary()));
+  EXPECT_EQ(json["method"], "song2015");
+  ASSERT_EQ(json["biases"].size(), 1u);
+  EXPECT_EQ(json["biases"][0]["source"], "goheung");
+  EXPECT_EQ(json["biases"][0]["plots"], 77);
+  EXPECT_EQ(json["biases"][0]["terms"][2]["state"], "not observable");
+  EXPECT_NEAR(json["biases"][0]["terms"][3]["sigma"].get<double>(), 1e-3, 1e-15);
+}
+
 TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   Scorer scorer(make_range(), "kslv", truth, liftoff,
                 {{"boost", 125, 160}, {"coast", 250, 390}, {"late", 370, 470}, {"all", 0, 480}});
@@ -270,6 +406,13 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   run.emit(make_trajectory(2, Eigen::Vector3d(12345678, 0, 0), 20));
   run.emit(make_plot(1, 1, {1e6, 2, 1}));
   run.emit(make_command(1, 3, 0.1, 1e-3));
+  Observation refused = make_plot(2, 2, {});
+  for (std::size_t reason = 1; reason < reason_count; ++reason) {
+    refused.verdict = static_cast<Reason>(reason);
+    run.emit(refused);
+  }
+  run.emit(make_health(3, 12345, 0, 1000, 0.9153));
+  run.emit(make_bias({{BiasTerm::ScaleElevation, 12345.6}}));
   ResultSink& alone = scorer.open_run("a radar with a very long name alone");
   alone.emit(make_trajectory(1, Eigen::Vector3d(3, 4, 0), 20));
   const std::string text = format_text(scorer.summary());
@@ -280,6 +423,8 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   EXPECT_NE(text.find("    5.0    5.0    5.0  100"), std::string::npos) << text;
   EXPECT_NE(text.find("goheung"), std::string::npos);
   EXPECT_NE(text.find("dish"), std::string::npos);
+  EXPECT_NE(text.find("91.5 %   91.5 %        1 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("rejected: unknown_source 1, simulated_mismatch 1"), std::string::npos) << text;
 
   const auto json = nlohmann::json::parse(format_json(scorer.summary()));
   EXPECT_EQ(json["trajectories"][0]["label"], "fused (song2015)");
@@ -288,6 +433,10 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   EXPECT_EQ(json["trajectories"][1]["phases"][0]["samples"], 0);
   EXPECT_EQ(json["radars"][0]["plots"], 1);
   EXPECT_EQ(json["pointing"][0]["source"], "fused");
+  EXPECT_EQ(json["sources"][0]["kind"], "radar");
+  EXPECT_EQ(json["sources"][0]["accepted"], 1);
+  EXPECT_EQ(json["sources"][0]["rejected"]["clock_step"], 1);
+  EXPECT_EQ(json["sources"][0]["mismatch_s"], 1);
 }
 
 TEST(Report, OfNothingIsStillATable) {

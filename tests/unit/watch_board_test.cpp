@@ -98,5 +98,28 @@ TEST(WatchBoard, EachNodeHasItsOwnAccountOfASource) {
   EXPECT_TRUE(shows(lines, "      22") && shows(lines, "at site-b")) << lines;
 }
 
+TEST(WatchBoard, ASourceTellsItsShareOfNisAndWhyItIsNotQualified) {
+  Board board(dds::ClockMode::Wall);
+  SourceHealth h = health("radar", utc, 1);
+  h.qualified = true;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "in 95 %       -  qualified\n")) << board.lines(start, utc);
+  h.nis_count = 1000;
+  h.nis_inside_95 = 0.929;
+  h.mismatch = true;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "in 95 %  92.9 %  qualified  MISMATCH\n")) << board.lines(start, utc);
+  h.nis_inside_95 = 1;
+  h.mismatch = false;
+  h.qualified = false;
+  h.why = Disqualification::Silent;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "in 95 % 100.0 %  NOT qualified: silent\n")) << board.lines(start, utc);
+  h.why = Disqualification::Rejected;
+  h.rejected_for = Reason::NotTracking;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "NOT qualified: not_tracking\n")) << board.lines(start, utc);
+}
+
 }  // namespace
 }  // namespace downrange::app

@@ -65,6 +65,9 @@ class MismatchAlarm {
   void add(double nis, int dof);
   /// After a full window only.
   [[nodiscard]] bool rings() const { return filled_ == window_ && share() < threshold; }
+  [[nodiscard]] int window() const { return window_; }
+  /// How many innovations the share is over: what there is of the window.
+  [[nodiscard]] int innovations() const { return filled_; }
   /// Over what there is of the window; 1 before the first.
   [[nodiscard]] double share() const { return filled_ > 0 ? static_cast<double>(inside_) / filled_ : 1; }
   [[nodiscard]] double false_alarm_rate() const;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <string_view>
 #include <variant>
 
 #include <downrange/est/bias_terms.hpp>
@@ -91,6 +92,13 @@ struct SlavingCommand {
   std::uint8_t limits = LimitNone;
 };
 
+/// Why a source is not qualified. Order is the wire's: append only.
+enum class Disqualification : std::uint8_t {
+  None,
+  Silent,    ///< nothing came for three of its nominal periods (a second at least), of GPS for align.gps_max_age
+  Rejected,  ///< its last 10 messages in a row, or its receiver is frozen, or it is not configured
+};
+
 /// Running account of one source at one node.
 struct SourceHealth {
   Name sensor;
@@ -103,7 +111,18 @@ struct SourceHealth {
   double residual_sigma = 0;                        ///< 1 when noise and covariance are right
   double nis = 0;                                   ///< running mean over degrees of freedom; 1 when right
   bool qualified = false;                           ///< delivering and not mostly rejected
+  Disqualification why = Disqualification::None;    ///< it is not qualified
+  Reason rejected_for = Reason::Accepted;           ///< of the newest message, where `why` is Rejected
+  double nis_inside_95 = 1;  ///< share of the last `nis_count` NIS inside their 95 % region: 0.95 when right
+  int nis_count = 0;         ///< up to the mismatch alarm's window; 0: nothing was weighed, the share says nothing
+  /// The mismatch alarm rings: what the filter assumes of this source (most often its bias blocks) is wrong. The source
+  /// stays qualified and in use.
+  bool mismatch = false;
 };
+
+/// Why it is not qualified, in snake_case: "silent", or the reason of its rejection. Empty where it is, or none is
+/// known.
+[[nodiscard]] std::string_view why_not_qualified(const SourceHealth& health);
 
 using Result = std::variant<Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth>;
 

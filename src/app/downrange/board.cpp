@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 #include <numbers>
+#include <string_view>
 
 namespace downrange::app {
 namespace {
@@ -45,6 +46,21 @@ double sigma_of(const Trajectory& t) {
   const double variance =
       t.covariance[0] + t.covariance[static_cast<std::size_t>(n)] + t.covariance[static_cast<std::size_t>(2 * n - 1)];
   return std::sqrt(variance);
+}
+
+/// Share of NIS inside 95 %, as "97.3 %"; a dash where nothing was weighed.
+std::string inside(const SourceHealth& h) {
+  if (h.nis_count == 0) return "      -";
+  char text[16];
+  std::snprintf(text, sizeof text, "%5.1f %%", 100 * h.nis_inside_95);
+  return text;
+}
+
+/// "qualified", or "NOT qualified: silent".
+std::string qualification(const SourceHealth& h) {
+  if (h.qualified) return "qualified";
+  const std::string_view why = why_not_qualified(h);
+  return "NOT qualified" + (why.empty() ? "" : ": " + std::string(why));
 }
 
 /// "  old 4 s" where `epoch` is more than `limit_s` behind.
@@ -134,11 +150,13 @@ std::string Board::health_lines(Time time) const {
     const auto& [sensor, node] = key;
     std::uint64_t rejected = 0;
     for (std::size_t i = 1; i < reason_count; ++i) rejected += h.count[i];
-    std::snprintf(line, sizeof line,
-                  "%-16s %5.0f /s  latency %.3f s  accepted %8llu  rejected %6llu  NIS/dof %5.2f  %s%s%s%s\n",
-                  sensor.c_str(), h.rate_hz, h.latency_s, static_cast<unsigned long long>(h.count[0]),
-                  static_cast<unsigned long long>(rejected), h.nis, h.qualified ? "qualified" : "NOT qualified",
-                  several ? "  at " : "", several ? node.c_str() : "", old(h.time, time, health_old_after_s).c_str());
+    std::snprintf(
+        line, sizeof line,
+        "%-16s %5.0f /s  latency %.3f s  accepted %8llu  rejected %6llu  NIS/dof %5.2f  in 95 %% %s  %s%s%s%s%s\n",
+        sensor.c_str(), h.rate_hz, h.latency_s, static_cast<unsigned long long>(h.count[0]),
+        static_cast<unsigned long long>(rejected), h.nis, inside(h).c_str(), qualification(h).c_str(),
+        h.mismatch ? "  MISMATCH" : "", several ? "  at " : "", several ? node.c_str() : "",
+        old(h.time, time, health_old_after_s).c_str());
     text += line;
   }
   return text;

@@ -30,7 +30,8 @@ class Board {
   [[nodiscard]] std::uint64_t commands() const;
 
   /// One line per track, antenna, source and node. A node not heard for 3 s is SILENT, a command past `valid_until` is
-  /// EXPIRED, a track over 2 s and a source's account over 3 s behind is old.
+  /// EXPIRED, a track over 2 s and a source's account over 3 s behind is old. Of a source: the share of its NIS inside
+  /// 95 %, whether it is qualified or why not, and MISMATCH while the mismatch alarm rings.
   [[nodiscard]] std::string lines(Clock::time_point now, Time utc) const;
   /// The newest status of the busiest node, for the archive.
   [[nodiscard]] std::map<std::string, std::string> status_metadata() const;

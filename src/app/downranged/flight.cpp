@@ -1,5 +1,7 @@
 #include "flight.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <utility>
 
 namespace downrange::app {
@@ -26,6 +28,9 @@ void Flight::emit(const Result& result) {
   outputs_.emit(result);
   if (recorder_) recorder_->produced(result);
   ++emitted_;
+  if (const auto* health = std::get_if<SourceHealth>(&result)) {
+    if (const std::string note = notes_.changes(*health); !note.empty()) spdlog::warn("{}", note);
+  }
 }
 
 }  // namespace downrange::app

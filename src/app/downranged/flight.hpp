@@ -1,5 +1,5 @@
 #pragma once
-/// One flight: an engine, its results published, and both sides of it recorded.
+/// One flight: an engine, its results published, and both sides of it recorded; the log tells how its sources do.
 
 #include <cstdint>
 #include <downrange/stage/engine.hpp>
@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dds/outputs.hpp"
+#include "health_notes.hpp"
 #include "recorder.hpp"
 
 namespace downrange::app {
@@ -35,6 +36,7 @@ class Flight final : private ResultSink {
 
   dds::OutputWriters& outputs_;
   std::unique_ptr<Recorder> recorder_;
+  HealthNotes notes_;
   Engine engine_;
   std::uint64_t consumed_ = 0;
   std::uint64_t emitted_ = 0;

@@ -1,0 +1,154 @@
+/// Health of a source: why it is not qualified, one case per reason; the mismatch alarm is passed on.
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "../support/small_range.hpp"
+#include "stage/source_monitor.hpp"
+
+namespace downrange {
+namespace {
+
+using test::Collector;
+using test::liftoff;
+using test::small_range;
+
+/// A method whose accounts the test writes.
+class Accounts final : public Method {
+ public:
+  explicit Accounts(const RangeConfig& range) : accounts(range.radars.size() + range.telemetry.size()) {}
+
+  void start(int, Time, const Gaussian<9>&) override {}
+  Outcome process(const Measurement&, Time) override { return {}; }
+  std::optional<TrackEstimate> fused(int, std::optional<Time>) const override { return {}; }
+  std::optional<TrackEstimate> gps_track(int, Time) const override { return {}; }
+  BiasEstimate bias(int) const override { return {}; }
+  const SourceAccount& account(int source) const override { return accounts[static_cast<std::size_t>(source)]; }
+
+  std::vector<SourceAccount> accounts;
+};
+
+Observation observed(const Name& sensor, ObservationKind kind, double t, Reason verdict = Reason::Accepted) {
+  Observation o;
+  o.kind = kind;
+  o.verdict = verdict;
+  o.sensor = sensor;
+  o.target = "kslv";
+  o.epoch = liftoff + seconds(t);
+  o.received = o.epoch;
+  return o;
+}
+
+Observation plot(double t, Reason verdict = Reason::Accepted) {
+  return observed("goheung", ObservationKind::Radar, t, verdict);
+}
+Observation fix(double t, Reason verdict = Reason::Accepted) {
+  return observed("goheung-tgs", ObservationKind::Gps, t, verdict);
+}
+
+/// The one record of a monitor that knows of one source, at `t`.
+SourceHealth health_at(SourceMonitor& monitor, double t, const Method* method = nullptr) {
+  Collector out;
+  monitor.report(liftoff + seconds(t), method, out);
+  const auto records = out.of<SourceHealth>();
+  EXPECT_EQ(records.size(), 1u);
+  return records.empty() ? SourceHealth{} : records.front();
+}
+
+/// "qualified", or why not.
+std::string state_of(const SourceHealth& health) {
+  EXPECT_EQ(health.qualified, health.why == Disqualification::None);
+  return health.qualified ? "qualified" : std::string(why_not_qualified(health));
+}
+
+TEST(SourceMonitor, SilentAfterThreePeriodsOrASecond) {
+  RangeConfig range = small_range();
+  SourceMonitor monitor(range);  // goheung: 10 Hz
+  monitor.count(plot(1));
+  EXPECT_EQ(state_of(health_at(monitor, 2)), "qualified");
+  EXPECT_EQ(state_of(health_at(monitor, 3)), "silent");
+  monitor.count(plot(3.5));
+  EXPECT_EQ(state_of(health_at(monitor, 4)), "qualified");
+
+  range.radars[0].rate_hz = 0.5;
+  SourceMonitor slow(range);
+  slow.count(plot(1));
+  EXPECT_EQ(state_of(health_at(slow, 7)), "qualified");
+  EXPECT_EQ(state_of(health_at(slow, 8)), "silent");
+
+  SourceMonitor gps(range);
+  gps.count(fix(1));
+  EXPECT_EQ(state_of(health_at(gps, 4)), "qualified");
+  EXPECT_EQ(state_of(health_at(gps, 5)), "silent");
+}
+
+TEST(SourceMonitor, MostlyRejectedByIngestWithTheNewestReason) {
+  SourceMonitor monitor(small_range());
+  for (int i = 0; i < 9; ++i) monitor.count(plot(1 + 0.1 * i, Reason::NotTracking));
+  EXPECT_EQ(state_of(health_at(monitor, 2)), "qualified");
+  monitor.count(plot(2, Reason::OutOfLimits));
+  EXPECT_EQ(state_of(health_at(monitor, 3)), "out_of_limits");
+  monitor.count(plot(3));
+  EXPECT_EQ(state_of(health_at(monitor, 4)), "qualified");
+}
+
+TEST(SourceMonitor, AStationThatRelaysWhatAnotherRelayedFirstIsQualified) {
+  SourceMonitor monitor(small_range());
+  for (int i = 0; i < 20; ++i) monitor.count(fix(i, Reason::Duplicate));
+  EXPECT_EQ(state_of(health_at(monitor, 20)), "qualified");
+  // A radar has no second sender.
+  SourceMonitor radar(small_range());
+  for (int i = 0; i < 20; ++i) radar.count(plot(19 + 0.01 * i, Reason::Duplicate));
+  EXPECT_EQ(state_of(health_at(radar, 20)), "duplicate");
+}
+
+TEST(SourceMonitor, GatedTenTimesInARow) {
+  const RangeConfig range = small_range();
+  SourceMonitor monitor(range);
+  Accounts method(range);
+  monitor.count(plot(1));
+  method.accounts[0].rejected_in_row = 9;
+  EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "qualified");
+  method.accounts[0].rejected_in_row = 10;
+  EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "gated");
+}
+
+TEST(SourceMonitor, AFrozenReceiverIsNamedAtOnceAndUntilAFixIsAccepted) {
+  const RangeConfig range = small_range();
+  SourceMonitor monitor(range);
+  Accounts method(range);
+  SourceAccount& account = method.accounts[range.radars.size()];
+  monitor.count(fix(1));
+  account = {.accepted = 5, .frozen = 1, .rejected_in_row = 1, .residual = {}, .mismatch = MismatchAlarm()};
+  EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "frozen");
+  EXPECT_EQ(state_of(health_at(monitor, 3, &method)), "frozen");  // no fix within this second
+  account.rejected_in_row = 0;
+  EXPECT_EQ(state_of(health_at(monitor, 4, &method)), "qualified");
+  account.gated = 1;
+  account.rejected_in_row = 1;
+  EXPECT_EQ(state_of(health_at(monitor, 4, &method)), "qualified");
+}
+
+TEST(SourceMonitor, WhoeverIsNotConfiguredIsUnknown) {
+  SourceMonitor monitor(small_range());
+  monitor.count(observed("stranger", ObservationKind::Radar, 1, Reason::UnknownSource));
+  EXPECT_EQ(state_of(health_at(monitor, 2)), "unknown_source");
+}
+
+TEST(SourceMonitor, PassesTheMethodsAlarmOnWhichDisqualifiesNothing) {
+  const RangeConfig range = small_range();
+  SourceMonitor monitor(range);
+  Accounts method(range);
+  monitor.count(plot(1));
+  EXPECT_EQ(health_at(monitor, 2, &method).nis_count, 0);
+  // 7.81 is the 95 % point of chi2(3): one in ten is outside.
+  for (int i = 0; i < 1000; ++i) method.accounts[0].mismatch.add(i % 10 == 0 ? 7.82 : 7.81, 3);
+  const SourceHealth health = health_at(monitor, 2, &method);
+  EXPECT_EQ(health.nis_count, 1000);
+  EXPECT_EQ(health.nis_inside_95, 0.9);
+  EXPECT_TRUE(health.mismatch);
+  EXPECT_EQ(state_of(health), "qualified");
+}
+
+}  // namespace
+}  // namespace downrange
