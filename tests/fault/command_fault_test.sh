@@ -44,6 +44,16 @@ expect 2 "allowed are" "$downrange" experiment launch --methods nonesuch
 expect 2 "name one experiment" "$downrange" experiment all --methods joint
 expect 2 "--runs" "$downrange" experiment launch --runs 0
 expect 0 "runs; methods" "$downrange" experiment --list
+expect 2 "not compared here" "$downrange" experiment alphabeta --methods exact,nonesuch
+expect 2 "not compared here" "$downrange" experiment flights --methods ts
+expect 2 "nothing is drawn" "$downrange" experiment flights --runs 3
+expect 2 "nothing is drawn" "$downrange" experiment flights --seed 3
+expect 2 "only experiment flights" "$downrange" experiment alphabeta --data "$work"
+expect 1 "no recorded flights in $work" "$downrange" experiment flights --data "$work"
+expect 1 "no recorded flights in $work" env DOWNRANGE_DATA="$work" "$downrange" experiment flights
+# One run reaches no statistical figure: exit code 1 is that, not the absent flights.
+expect 1 "flights: left out, no recorded flights in $work" \
+  env DOWNRANGE_DATA="$work" "$downrange" experiment all --runs 1
 
 # A small flight to spoil.
 sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"

@@ -3,6 +3,7 @@ downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_a
                LIBS downrange_sim downrange_config)
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp
                LIBS downrange_sim downrange_config downrange_archive TIMEOUT 600)
+target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp)
 
 # The binaries as a person uses them. Each takes a DDS domain of its own.
 add_test(NAME live_flight_test COMMAND ${CMAKE_CURRENT_LIST_DIR}/live_flight_test.sh $<TARGET_FILE_DIR:downrange>

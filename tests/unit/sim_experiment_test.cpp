@@ -178,6 +178,23 @@ TEST(ReportHtml, DrawsAGapWhereACurveHasNone) {
   EXPECT_NE(path.find("h.01"), std::string::npos) << path;
 }
 
+TEST(ReportHtml, PlotsOfARowStandSideBySideWithTheSameAxes) {
+  const auto plot = [](double high, const char* row) {
+    return Plot{.title = "", .x_label = "", .y_label = "", .curves = {{"", {0, 1}, {0, high}}}, .row = row};
+  };
+  ExperimentResult result;
+  result.plots = {plot(1, "a"), plot(700, "a"), plot(1, "b"), plot(1, ""), plot(1, "")};
+  const std::string page = format_html(std::vector{result});
+  const auto count = [&page](std::string_view what) {
+    int n = 0;
+    for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("<div class=\"row\">"), 1);
+  EXPECT_EQ(count("<figure>"), 5);
+  EXPECT_EQ(count(">600</text>"), 2);  // a tick of both plots of row a
+}
+
 TEST(Launch, SceneIsTheOneOfTheReference) {
   const launch::Scene scene;
   std::array<int, 3> count{};  // fixes, plots of each radar
@@ -270,6 +287,7 @@ TEST(Launch, FiguresAreTheSameOnAnyNumberOfThreads) {
 
   // Three runs scatter: far wider than the limits, but wide of any gross error.
   for (const Figure& figure : one.figures) {
+    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
     if (figure.what.find("position / bound") != std::string::npos) {
       EXPECT_GT(figure.measured, 0.6) << figure.what;
       EXPECT_LT(figure.measured, 1.6) << figure.what;

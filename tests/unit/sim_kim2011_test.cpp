@@ -7,6 +7,7 @@
 
 #include "sim/experiment/experiment.hpp"
 #include "sim/experiment/kim2011_methods.hpp"
+#include "sim/experiment/report.hpp"
 
 namespace downrange::sim {
 namespace {
@@ -75,14 +76,14 @@ TEST(Kim2011, ResultsDoNotDependOnTheThreads) {
   const ExperimentResult one = run_kim2011(options);
   options.jobs = 3;
   const ExperimentResult three = run_kim2011(options);
-  ASSERT_EQ(one.figures.size(), three.figures.size());
-  for (std::size_t i = 0; i < one.figures.size(); ++i) EXPECT_EQ(one.figures[i].measured, three.figures[i].measured);
-  ASSERT_EQ(one.plots.size(), three.plots.size());
-  for (std::size_t p = 0; p < one.plots.size(); ++p) {
-    ASSERT_EQ(one.plots[p].curves.size(), three.plots[p].curves.size());
-    for (std::size_t c = 0; c < one.plots[p].curves.size(); ++c)
-      EXPECT_EQ(one.plots[p].curves[c].y, three.plots[p].curves[c].y);
-  }
+  EXPECT_EQ(format_json(std::vector{one}), format_json(std::vector{three}));
+}
+
+TEST(Kim2011, EveryFigureHasItsNameOnOneLine) {
+  ExperimentOptions options;
+  options.runs = 1;
+  for (const Figure& figure : run_kim2011(options).figures)
+    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
 }
 
 TEST(Kim2011, RefusesAMethodThatItDoesNotCompare) {

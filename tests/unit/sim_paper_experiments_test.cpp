@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sim/experiment/experiment.hpp"
+#include "sim/experiment/report.hpp"
 
 namespace downrange::sim {
 namespace {
@@ -47,6 +48,7 @@ TEST_P(PaperExperiment, ReachesItsFiguresAndIsFinite) {
   const ExperimentResult result = run(120, 2);
   for (const Figure& figure : result.figures) {
     EXPECT_TRUE(std::isfinite(figure.measured)) << figure.what;
+    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
     // 120 runs of one seed: NEES bands are those of the stated runs, the others have their margin.
     EXPECT_TRUE(figure.reached) << figure.what << ' ' << figure.measured << ' ' << figure.reach;
   }

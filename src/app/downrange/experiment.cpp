@@ -1,24 +1,30 @@
 #include "sim/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "command.hpp"
 #include "progress.hpp"
+#include "recorded_flights.hpp"
+#include "sim/experiment/flights.hpp"
 #include "sim/experiment/report.hpp"
 
 namespace downrange::app {
 namespace {
 
 constexpr std::string_view all = "all";
+constexpr std::string_view flights = "flights";
 
 struct Options {
   std::string name;
   bool list = false;
+  std::string data;
   int runs = 0;
-  std::uint64_t seed = 1;
+  std::optional<std::uint64_t> seed;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   std::vector<std::string> methods;
   std::string json;
@@ -26,15 +32,30 @@ struct Options {
   OutputFiles files;
 };
 
+/// Those of the papers, then the recorded flights that `folder` has.
+std::vector<sim::Experiment> all_experiments(const std::filesystem::path& folder) {
+  std::vector<sim::Experiment> experiments = sim::experiments();
+  const auto fly = [folder](const sim::ExperimentOptions& options) {
+    std::vector<sim::flights::RecordedFlight> loaded;
+    for (const std::string& flight : flights_in(folder)) loaded.push_back(load_flight(folder, flight));
+    return sim::run_flights(options, loaded);
+  };
+  experiments.push_back({flights, "recorded flights (--data): position, biases, gate, sources switched off", 0,
+                         sim::flight_methods(), fly});
+  return experiments;
+}
+
 std::vector<std::string> names() {
   std::vector<std::string> names;
-  for (const sim::Experiment& e : sim::experiments()) names.emplace_back(e.name);
+  for (const sim::Experiment& e : all_experiments({})) names.emplace_back(e.name);
   return names;
 }
 
 int list() {
-  for (const sim::Experiment& e : sim::experiments()) {
-    std::cout << e.name << ": " << e.help << "\n    " << e.runs << " runs; methods";
+  for (const sim::Experiment& e : all_experiments({})) {
+    std::cout << e.name << ": " << e.help << "\n    ";
+    if (e.runs > 0) std::cout << e.runs << " runs; ";
+    std::cout << "methods";
     for (const std::string& method : e.methods) std::cout << (method == e.methods.front() ? " " : ", ") << method;
     std::cout << '\n';
   }
@@ -56,20 +77,50 @@ void write(const std::string& path, const std::string& text) {
   if (!out.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
-int run_experiments(const Options& o) {
-  std::vector<sim::Experiment> chosen;
-  for (const sim::Experiment& e : sim::experiments())
-    if (o.name == all || o.name == e.name) chosen.push_back(e);
+/// Options that mean nothing for what was chosen. Throws CLI::ValidationError.
+void check_options(const Options& o) {
   if (o.name == all && !o.methods.empty())
     throw CLI::ValidationError("--methods", "every experiment compares methods of its own: name one experiment");
-  for (const sim::Experiment& e : chosen) check_methods(e, o.methods);
-  o.files.check({o.json, o.html}, {});
+  if (o.name == flights && (o.runs > 0 || o.seed))
+    throw CLI::ValidationError(o.runs > 0 ? "--runs" : "--seed",
+                               "recorded flights are flown as they were: nothing is drawn");
+  if (o.name != flights && o.name != all && !o.data.empty())
+    throw CLI::ValidationError("--data", "only experiment flights reads recorded flights");
+}
+
+/// Whether `folder` has flights; says so where `all` goes on without them. Throws std::runtime_error where flights were
+/// asked for.
+bool has_flights(const Options& o, const std::filesystem::path& folder) {
+  if (!flights_in(folder).empty()) return true;
+  const std::string absent = "no recorded flights in " + folder.string() + " (--data or DOWNRANGE_DATA names another)";
+  if (o.name == flights || !o.data.empty()) throw std::runtime_error(absent);
+  std::cout << flights << ": left out, " << absent << '\n' << std::endl;
+  return false;
+}
+
+int run_experiments(const Options& o) {
+  check_options(o);
+  const std::filesystem::path folder = flights_folder(o.data);
+  std::vector<sim::Experiment> chosen;
+  std::vector<std::string> inputs;
+  for (const sim::Experiment& e : all_experiments(folder)) {
+    if (o.name != all && o.name != e.name) continue;
+    check_methods(e, o.methods);
+    if (e.name == flights) {
+      if (!has_flights(o, folder)) continue;
+      for (const std::string& flight : flights_in(folder))
+        for (std::string& file : files_of_flight(folder, flight)) inputs.push_back(std::move(file));
+    }
+    chosen.push_back(e);
+  }
+  o.files.check({o.json, o.html}, inputs);
 
   std::vector<sim::ExperimentResult> results;
   for (const sim::Experiment& e : chosen) {
     Progress progress{std::string(e.name)};
     const auto show = [&progress](double fraction) { progress.show(fraction); };
-    results.push_back(e.run({.runs = o.runs, .seed = o.seed, .jobs = o.jobs, .methods = o.methods, .progress = show}));
+    results.push_back(
+        e.run({.runs = o.runs, .seed = o.seed.value_or(1), .jobs = o.jobs, .methods = o.methods, .progress = show}));
     progress.done();
     std::cout << sim::format_text(results.back()) << std::endl;
   }
@@ -87,9 +138,11 @@ void add_experiment(CLI::App& app, Run& run) {
   allowed.emplace_back(all);
   command->add_option("NAME", o->name, "Which one, or all of them")->check(CLI::IsMember(allowed));
   command->add_flag("--list", o->list, "Tell which experiments there are and what they compare");
+  command->add_option("--data", o->data,
+                      "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout)");
   command->add_option("--runs", o->runs, "Monte Carlo runs (default: as many as the figures are stated for)")
       ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--seed", o->seed, "Draw everything from this seed")->capture_default_str();
+  command->add_option("--seed", o->seed, "Draw everything from this seed (default: 1)");
   command->add_option("--jobs", o->jobs, "Threads; the numbers do not depend on it (default: as the machine has)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--methods", o->methods, "Only these, comma-separated (default: all that --list tells)")

@@ -78,7 +78,14 @@ struct Errors {
   }
 };
 
-Errors fly(GainRule rule, Flight flight, std::uint64_t seed, int run) {
+/// The target and the radar's plots of one run.
+struct Trace {
+  Curve truth{.label = "target"};
+  Curve plots{.label = "plots", .points = true};
+};
+
+/// `trace`, where given, gets the run.
+Errors fly(GainRule rule, Flight flight, std::uint64_t seed, int run, Trace* trace = nullptr) {
   // The same draws for every rule.
   RandomStream motion(seed, "alphabeta motion " + std::to_string(run));
   RandomStream noise(seed, "alphabeta noise " + std::to_string(run));
@@ -108,6 +115,12 @@ Errors fly(GainRule rule, Flight flight, std::uint64_t seed, int run) {
     v += T * a;
     const Vec<2> z = measure(sigma);
     (void)tracker.scan(z, sigma, T);
+    if (trace != nullptr) {
+      trace->truth.x.push_back(p[0]);
+      trace->truth.y.push_back(p[1]);
+      trace->plots.x.push_back(z[0]);
+      trace->plots.y.push_back(z[1]);
+    }
     errors.position[k] = (tracker.position() - p).squaredNorm();
     errors.velocity[k] = (tracker.velocity() - v).squaredNorm();
     errors.measured[k] = (z - p).squaredNorm();
@@ -149,6 +162,47 @@ AlphaBetaGains linear_gain_error() {
     worst.beta = std::max(worst.beta, std::abs(linear.beta - exact.beta));
   }
   return worst;
+}
+
+/// Figure 1.
+Plot index_plot() {
+  Plot plot{.title = "Tracking index across the line of sight (paper: figure 1)",
+            .x_label = "cross-range sigma, m",
+            .y_label = "tracking index"};
+  Curve index{.label = "index"};
+  for (double sigma = 50; sigma <= 250; sigma += 2) {
+    index.x.push_back(sigma);
+    index.y.push_back(tracking_index(sigma_w, sigma, T));
+  }
+  const double nominal = tracking_index(sigma_w, nominal_sigma, T);
+  plot.curves = {std::move(index), {.label = "nominal", .x = {nominal_sigma}, .y = {nominal}, .points = true}};
+  return plot;
+}
+
+/// Figure 4.
+Plot flight_plot(std::uint64_t seed) {
+  Trace trace;
+  (void)fly(GainRule::Exact, Flight::Paper, seed, 0, &trace);
+  return {.title = "Target and plots (paper: figure 4; first run)",
+          .x_label = "x, m",
+          .y_label = "y, m",
+          .curves = {std::move(trace.plots), std::move(trace.truth)}};
+}
+
+/// Figure 5: at the true range.
+Plot sigma_plot() {
+  Plot plot{.title = "Cross-range error of the plots (paper: figure 5)", .x_label = "time, s", .y_label = "1-sigma, m"};
+  Curve cross{.label = "across the line of sight"};
+  Curve nominal{.label = "nominal", .dashed = true};
+  for (int k = 1; k <= paper_scans; ++k) {
+    const double t = T * k;
+    cross.x.push_back(t);
+    cross.y.push_back((start_m + t * speed_m_s).norm() * sigma_bearing);
+    nominal.x.push_back(t);
+    nominal.y.push_back(nominal_sigma);
+  }
+  plot.curves = {std::move(cross), std::move(nominal)};
+  return plot;
 }
 
 /// Gains over the cross-range sigma, by rule.
@@ -241,22 +295,27 @@ ExperimentResult run_alphabeta(const ExperimentOptions& options) {
     out.figures.push_back(shown(name + ", NPE, paper's flight", paper[r].npe().value()));
   }
 
-  out.plots.push_back(gain_plot(methods, &AlphaBetaGains::alpha, "Alpha across the line of sight", "alpha"));
-  out.plots.push_back(gain_plot(methods, &AlphaBetaGains::beta, "Beta across the line of sight", "beta"));
+  out.plots.push_back(index_plot());
+  out.plots.push_back(
+      gain_plot(methods, &AlphaBetaGains::alpha, "Alpha across the line of sight (paper: figure 2)", "alpha"));
+  out.plots.push_back(
+      gain_plot(methods, &AlphaBetaGains::beta, "Beta across the line of sight (paper: figure 3)", "beta"));
+  out.plots.push_back(flight_plot(options.seed));
+  out.plots.push_back(sigma_plot());
   const auto position = [&](const Errors& e, std::size_t k) { return std::sqrt(e.position[k] / runs); };
   const auto velocity = [&](const Errors& e, std::size_t k) { return std::sqrt(e.velocity[k] / runs); };
   const auto npe = [](const Errors& e, std::size_t k) { return std::sqrt(e.position[k] / e.measured[k]); };
-  out.plots.push_back(over_time("Position error", "rms, m", methods, paper, position));
-  out.plots.push_back(over_time("Velocity error", "rms, m/s", methods, paper, velocity));
-  out.plots.push_back(over_time("Normalised position error (lost above 1)", "NPE", methods, paper, npe));
+  out.plots.push_back(over_time("Position error (paper: figure 6)", "rms, m", methods, paper, position));
+  out.plots.push_back(over_time("Velocity error (paper: figure 7)", "rms, m/s", methods, paper, velocity));
+  out.plots.push_back(
+      over_time("Normalised position error, lost above 1 (paper: figure 8)", "NPE", methods, paper, npe));
   out.plots.push_back(over_time("Position error, matched flight", "rms, m", methods, matched, position));
-  out.plots.push_back(over_time("Past the radar: normalised position error", "NPE", methods, near, npe));
+  out.plots.push_back(over_time("Normalised position error past the radar, lost above 1", "NPE", methods, near, npe));
   out.notes = {
       "On a target of constant velocity smaller gains are better whatever the noise: what the rules are worth shows on "
       "the matched flight.",
       "The paper's recursive form of the linear update (26)-(31) accumulates and diverges; here it is about the "
-      "nominal, "
-      "and gains are clamped to stable ones."};
+      "nominal, and gains are clamped to stable ones."};
   return out;
 }
 

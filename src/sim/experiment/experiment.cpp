@@ -61,6 +61,11 @@ Figure within(std::string what, double measured, double low, double high) {
 
 Figure shown(std::string what, double measured) { return {std::move(what), measured, "", true}; }
 
+std::string runs_text(const ExperimentResult& result) {
+  if (result.runs == 0) return "recorded data, nothing drawn";
+  return std::to_string(result.runs) + (result.runs == 1 ? " run" : " runs") + ", seed " + std::to_string(result.seed);
+}
+
 bool all_reached(const ExperimentResult& result) {
   return std::all_of(result.figures.begin(), result.figures.end(), [](const Figure& f) { return f.reached; });
 }

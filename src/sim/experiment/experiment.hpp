@@ -51,12 +51,13 @@ struct Plot {
   std::string y_label;
   bool log_y = false;
   std::vector<Curve> curves{};
+  std::string row{};  ///< neighbours of the same one stand side by side, with the same axes; empty: alone
 };
 
 struct ExperimentResult {
   std::string name;
   std::string title;  ///< with the paper
-  int runs = 0;
+  int runs = 0;       ///< 0: of recorded data, nothing is drawn
   std::uint64_t seed = 0;
   std::vector<std::pair<std::string, std::string>> settings;  ///< what a reader needs to repeat it
   std::vector<Figure> figures;
@@ -67,9 +68,9 @@ struct ExperimentResult {
 struct Experiment {
   std::string_view name;
   std::string_view help;
-  int runs;  ///< that the figures are stated for
+  int runs;  ///< that the figures are stated for; 0: of recorded data, nothing is drawn
   std::vector<std::string> methods;
-  ExperimentResult (*run)(const ExperimentOptions& options);
+  std::function<ExperimentResult(const ExperimentOptions& options)> run;
 };
 
 /// Whether every figure is reached.
@@ -80,7 +81,10 @@ struct Experiment {
 [[nodiscard]] std::vector<std::string> chosen_methods(const std::vector<std::string>& asked,
                                                       const std::vector<std::string>& compared);
 
-/// In the order of ALGORITHMS.md: launch, kim2011, federated, spatial, alphabeta.
+/// "300 runs, seed 1".
+[[nodiscard]] std::string runs_text(const ExperimentResult& result);
+
+/// Those of the papers, in the order of ALGORITHMS.md: launch, kim2011, federated, spatial, alphabeta.
 [[nodiscard]] const std::vector<Experiment>& experiments();
 
 /// Each in a file of its own name. Throws std::invalid_argument for a method that it does not compare.

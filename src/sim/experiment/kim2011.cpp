@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <downrange/est/pseudo_measurement.hpp>
+#include <limits>
 #include <string>
 
 #include "sim/experiment/experiment.hpp"
@@ -28,7 +29,7 @@ struct Drawn {
   Trace (*run)(const Draw&);
 };
 constexpr std::array<Drawn, series_count> all_series{{
-    {Pm, "pm", "pm", false, [](const Draw& d) { return run_pm(d, Start::BiasFree, 1); }},
+    {Pm, "pm", "pm, pm-scaled", false, [](const Draw& d) { return run_pm(d, Start::BiasFree, 1); }},
     {PmScaled, "pm-scaled", "pm-scaled", false,
      [](const Draw& d) { return run_pm(d, Start::BiasFree, honest_pseudo_noise); }},
     {Exx, "exx", "exx", false, run_exx},
@@ -162,33 +163,59 @@ Curve curve(std::string_view label, bool dashed, int first, const std::function<
   return c;
 }
 
+/// Figures 2 and 7.
+Plot scenario_plot(std::uint64_t seed) {
+  Plot p{.title = "Targets and sensors (paper: figures 2 and 7; first run)", .x_label = "x, km", .y_label = "y, km"};
+  const Draw d = draw(seed, 0);
+  const auto path = [&d](std::size_t target, Curve& c) {
+    for (const auto& at : d.truth) {
+      c.x.push_back(at[target][0] / 1e3);
+      c.y.push_back(at[target][1] / 1e3);
+    }
+    c.x.push_back(std::numeric_limits<double>::quiet_NaN());  // the next one begins elsewhere
+    c.y.push_back(std::numeric_limits<double>::quiet_NaN());
+  };
+  Curve others{.label = "targets"};
+  for (std::size_t target = 0; target < targets; ++target)
+    if (std::ranges::find(shown_tracks, target) == shown_tracks.end()) path(target, others);
+  p.curves.push_back(std::move(others));
+  for (const std::size_t target : shown_tracks) {
+    Curve track{.label = "track " + std::to_string(target + 1)};
+    path(target, track);
+    p.curves.push_back(std::move(track));
+  }
+  p.curves.push_back({.label = "sensors", .x = {0, 10}, .y = {0, 0}, .points = true});
+  return p;
+}
+
 /// Figures 3 to 6.
 void plot_biases(const Measured& m, std::vector<Plot>& plots) {
   struct Term {
     const char* title;
-    const char* unit;
+    const char* y_label;
     double scale;
   };
-  constexpr std::array<Term, terms> of_paper{{{"Range offset", "m", 1},
-                                              {"Azimuth offset", "mrad", 1e3},
-                                              {"Range scale", "1e-4", 1e4},
-                                              {"Azimuth scale", "1e-4", 1e4}}};
+  constexpr std::array<Term, terms> of_paper{{{"Range offset", "RMSE, m", 1},
+                                              {"Azimuth offset", "RMSE, mrad", 1e3},
+                                              {"Range scale", "RMSE, 1e-4", 1e4},
+                                              {"Azimuth scale", "RMSE, 1e-4", 1e4}}};
   constexpr int first = 4;  // before, exx knows nothing and the others hardly more
   for (int term = 0; term < terms; ++term) {
     const Term& t = of_paper[term];
     Plot p{.title = std::string(t.title) + " bias of sensor 1, RMSE (paper: figure " + std::to_string(3 + term) + ")",
-           .x_label = "time (s)",
-           .y_label = t.unit,
+           .x_label = "time, s",
+           .y_label = t.y_label,
            .log_y = true,
            .curves = {}};
     for (const Drawn& s : all_series) {
-      if (m.has(s.series))
-        p.curves.push_back(curve(s.label, s.dashed, first, [&](int k) { return t.scale * m.rms(s.series, k, term); }));
+      if (!m.has(s.series) || (s.series == PmScaled && m.has(Pm))) continue;  // the same estimate as pm
+      const std::string_view label = s.series == Pm && m.has(PmScaled) ? "pm, pm-scaled" : s.label;
+      p.curves.push_back(curve(label, s.dashed, first, [&](int k) { return t.scale * m.rms(s.series, k, term); }));
     }
     plots.push_back(std::move(p));
   }
   Plot nees{.title = "Consistency of the bias covariance: NEES/8 (honest: 1)",
-            .x_label = "time (s)",
+            .x_label = "time, s",
             .y_label = "NEES/8",
             .log_y = true,
             .curves = {}};
@@ -206,8 +233,8 @@ void plot_tracks(const Measured& m, std::vector<Plot>& plots) {
       const std::size_t figure = 8 + 2 * shown + (velocity ? 1 : 0);
       Plot p{.title = "Track " + std::to_string(shown_tracks[shown] + 1) + " of sensor 1, " +
                       (velocity ? "velocity" : "position") + " RMSE (paper: figure " + std::to_string(figure) + ")",
-             .x_label = "time (s)",
-             .y_label = velocity ? "m/s" : "m",
+             .x_label = "time, s",
+             .y_label = velocity ? "RMSE, m/s" : "RMSE, m",
              .log_y = false,
              .curves = {}};
       const auto add = [&](Series s, const char* label, bool compensated, bool dashed) {
@@ -247,6 +274,7 @@ ExperimentResult run_kim2011(const ExperimentOptions& options) {
       {"exx", "slots of 2 s, two plots of each sensor"},
   };
   result.figures = figures(m);
+  result.plots.push_back(scenario_plot(options.seed));
   plot_biases(m, result.plots);
   plot_tracks(m, result.plots);
   result.notes = {

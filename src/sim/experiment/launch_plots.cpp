@@ -1,14 +1,8 @@
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
 #include "sim/experiment/launch_result.hpp"
+#include "sim/experiment/residual_plot.hpp"
 
 namespace downrange::sim::launch {
 namespace {
-
-constexpr double mdeg = std::numbers::pi / 180 / 1000;
-constexpr std::size_t points_shown = 600;
 
 /// What of each second is drawn against its middle.
 template <class Value>
@@ -54,45 +48,21 @@ Plot ripple_plot(const Result& result, std::size_t window) {
   return plot;
 }
 
-struct Component {
-  std::string_view name;
-  std::string_view unit;
-  Eigen::Index index;
-  double scale;
-};
-
-/// Fig. 5 and 6 of song2015: residuals of one radar's plots with the band that the filter promises.
-Plot residual_plot(const Flown& flown, const Phase& window, int radar, const Component& component) {
-  Plot plot{std::string(component.name) + " residual of " + std::string(radar_names[static_cast<std::size_t>(radar)]) +
-                ", " + window.name + " window, " + flown.contestant.label,
-            "time after lift-off, s",
-            "measured - fused, " + std::string(component.unit),
-            false,
-            {}};
-  Curve residual{.label = "residual", .points = true};
-  Curve upper{.label = "2 sigma promised", .dashed = true};
-  Curve lower{.dashed = true};
-  std::vector<const Residual*> inside;
-  for (const Residual& r : flown.residuals) {
-    if (r.radar == radar && window.from_s <= r.t_s && r.t_s < window.to_s) inside.push_back(&r);
+/// Fig. 5 and 6 of song2015, methods side by side.
+Plot residual_plot_of(const Flown& flown, const Phase& window, std::size_t radar, const Component& component) {
+  std::vector<Residual> inside;
+  for (const PlotResidual& r : flown.residuals) {
+    if (r.radar == static_cast<int>(radar) && window.from_s <= r.t_s && r.t_s < window.to_s) inside.push_back(r);
   }
-  const std::size_t every = inside.size() / points_shown + 1;
-  for (std::size_t i = 0; i < inside.size(); i += every) {
-    const double sigma = inside[i]->sigma[component.index] / component.scale;
-    for (Curve* curve : {&residual, &upper, &lower}) curve->x.push_back(inside[i]->t_s);
-    residual.y.push_back(inside[i]->value[component.index] / component.scale);
-    upper.y.push_back(2 * sigma);
-    lower.y.push_back(-2 * sigma);
-  }
-  plot.curves = {std::move(residual), std::move(upper), std::move(lower)};
-  return plot;
+  const std::string name(radar_names[radar]);
+  return residual_plot(
+      std::string(component.name) + " residual of " + name + ", " + window.name + " window, " + flown.contestant.label,
+      window.name + ' ' + name + ' ' + std::string(component.name), inside, component);
 }
 
 }  // namespace
 
 std::vector<Plot> plots(const Result& result) {
-  const std::array<Component, 3> components{Component{"Range", "m", 0, 1}, Component{"Azimuth", "mdeg", 1, mdeg},
-                                            Component{"Elevation", "mdeg", 2, mdeg}};
   std::vector<Plot> all;
   const auto position = [](const Errors& e) { return e.position.rms(); };
   all.push_back(against_time(result, "Position error", "rms over runs, m", Case::Base, result.bound, position));
@@ -105,11 +75,11 @@ std::vector<Plot> plots(const Result& result) {
                              result.bound_gps_lost, position));
   for (std::size_t w = 0; w < windows().size(); ++w) all.push_back(ripple_plot(result, w));
   for (const std::size_t w : {std::size_t{0}, std::size_t{2}}) {
-    for (int radar = 0; radar < radars; ++radar) {
+    for (std::size_t radar = 0; radar < radars; ++radar) {
       for (const Component& component : components) {
         for (const std::string_view label : {"uncorrected", "song2015", "joint-ca"}) {
           const Flown* const flown = result.find(label);
-          if (flown != nullptr) all.push_back(residual_plot(*flown, windows()[w], radar, component));
+          if (flown != nullptr) all.push_back(residual_plot_of(*flown, windows()[w], radar, component));
         }
       }
     }

@@ -12,7 +12,7 @@ namespace downrange::sim::launch {
 struct Flown {
   Contestant contestant;
   Score score;                      ///< over all runs
-  std::vector<Residual> residuals;  ///< of the first run
+  std::vector<PlotResidual> residuals;  ///< of the first run
 };
 
 struct Result {

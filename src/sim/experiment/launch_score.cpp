@@ -88,7 +88,7 @@ std::optional<double> bias_nees(const BiasEstimate& bias, const BiasVector& trut
   return normalised.dot(correlation.llt().solve(normalised));
 }
 
-Residual residual_of(const Measurement& m, const Instant& instant, const Method& method, const RadarModel& radar) {
+PlotResidual residual_of(const Measurement& m, const Instant& instant, const Method& method, const RadarModel& radar) {
   const TrackEstimate track = method.fused(0, m.epoch).value();
   const BiasEstimate bias = method.bias(m.source);
   const Displacement<Enu> d_enu = radar.site.enu_of({track.mean.head<3>()});
@@ -97,11 +97,11 @@ Residual residual_of(const Measurement& m, const Instant& instant, const Method&
   const Mat<3, 3> H = d_polar_d_enu(d_enu) * radar.site.R_enu_ecef().R;
   const Vec<3> sigma(radar.sigma.range_m, radar.sigma.azimuth_rad, radar.sigma.elevation_rad);
   const Mat<3, 3> S = H * track.cov.topLeftCorner<3, 3>() * H.transpose() + Mat<3, 3>(sigma.cwiseAbs2().asDiagonal());
-  return {.t_s = instant.t_s,
-          .radar = m.source,
-          .value = {plot.range_m - predicted.range_m, wrap_pi(plot.azimuth_rad - predicted.azimuth_rad),
-                    plot.elevation_rad - predicted.elevation_rad},
-          .sigma = S.diagonal().cwiseSqrt()};
+  return {{.t_s = instant.t_s,
+           .value = {plot.range_m - predicted.range_m, wrap_pi(plot.azimuth_rad - predicted.azimuth_rad),
+                     plot.elevation_rad - predicted.elevation_rad},
+           .sigma = S.diagonal().cwiseSqrt()},
+          m.source};
 }
 
 void score_plot(Place& place, const Measurement& m, const Instant& instant, const Method& method, const Scene& scene,
@@ -169,7 +169,7 @@ Score& Score::operator+=(const Score& other) {
   return *this;
 }
 
-Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn, std::vector<Residual>* residuals) {
+Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn, std::vector<PlotResidual>* residuals) {
   const MethodSettings settings = scene.settings(contestant.kinematics, contestant.bias);
   const std::unique_ptr<Method> method = make_method(contestant.method, settings);
   const auto starts_track = [&](const Measurement& m) {

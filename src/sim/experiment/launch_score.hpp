@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/experiment/launch_scenario.hpp"
+#include "sim/experiment/residual_plot.hpp"
 
 namespace downrange::sim::launch {
 
@@ -73,12 +74,8 @@ struct Score {
   Score& operator+=(const Score& other);
 };
 
-/// A plot against the track just before it, compensated, in one run.
-struct Residual {
-  double t_s = 0;
+struct PlotResidual : Residual {
   int radar = 0;
-  Vec<3> value = Vec<3>::Zero();  ///< range (m), azimuth, elevation (rad)
-  Vec<3> sigma = Vec<3>::Zero();  ///< of the same, from the track's covariance and the plot's
 };
 
 struct Contestant {
@@ -93,7 +90,7 @@ struct Contestant {
 
 /// Flies `contestant` over one run. `residuals`, where given, gets those of the plots in the windows.
 [[nodiscard]] Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn,
-                        std::vector<Residual>* residuals = nullptr);
+                        std::vector<PlotResidual>* residuals = nullptr);
 
 /// The covariance bound of the joint filter with constant-jerk kinematics, along the truth, with the fixes of `which`.
 [[nodiscard]] Score bound_of(Case which, const BiasModel& bias, const Scene& scene);

@@ -1,12 +1,16 @@
 #pragma once
 /// An experiment's result for people (text, HTML) and for programs (JSON).
 
+#include <cstddef>
 #include <span>
 #include <string>
 
 #include "sim/experiment/experiment.hpp"
 
 namespace downrange::sim {
+
+/// What a figure is called stands on one line of the table up to this many characters.
+inline constexpr std::size_t figure_name_width = 59;
 
 /// The table of figures, measured beside the figure to reach, with settings and notes; at most 100 columns.
 [[nodiscard]] std::string format_text(const ExperimentResult& result);

@@ -56,10 +56,14 @@ void write_figures(std::ostream& out, const ExperimentResult& result) {
 
 void write_section(std::ostream& out, const ExperimentResult& result) {
   out << "<section id=\"" << escaped(result.name) << "\">\n<h2>" << escaped(result.name) << ": "
-      << escaped(result.title) << "</h2>\n<p>" << result.runs << (result.runs == 1 ? " run" : " runs") << ", seed "
-      << result.seed << ".</p>\n";
+      << escaped(result.title) << "</h2>\n<p>" << runs_text(result) << ".</p>\n";
   write_figures(out, result);
-  for (const Plot& plot : result.plots) out << svg_figure(plot);
+  for (auto first = result.plots.begin(); first != result.plots.end();) {
+    const auto is_beside = [first](const Plot& plot) { return !plot.row.empty() && plot.row == first->row; };
+    const auto last = std::find_if_not(std::next(first), result.plots.end(), is_beside);
+    out << svg_figures(std::span(first, last));
+    first = last;
+  }
   if (!result.notes.empty()) out << "<h3>Notes</h3>\n<ul>\n";
   for (const std::string& note : result.notes) out << "<li>" << escaped(note) << "</li>\n";
   if (!result.notes.empty()) out << "</ul>\n";

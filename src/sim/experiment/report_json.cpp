@@ -17,8 +17,11 @@ json of(const Figure& figure) {
 
 json of(const Plot& plot) {
   json curves = json::array();
-  for (const Curve& curve : plot.curves) curves.push_back({{"label", curve.label}, {"x", curve.x}, {"y", curve.y}});
-  return {{"title", plot.title}, {"x_label", plot.x_label}, {"y_label", plot.y_label}, {"curves", std::move(curves)}};
+  for (const Curve& curve : plot.curves)
+    curves.push_back(
+        {{"label", curve.label}, {"dashed", curve.dashed}, {"points", curve.points}, {"x", curve.x}, {"y", curve.y}});
+  return {{"title", plot.title}, {"x_label", plot.x_label}, {"y_label", plot.y_label},
+          {"log_y", plot.log_y}, {"row", plot.row},         {"curves", std::move(curves)}};
 }
 
 json of(const ExperimentResult& result) {
@@ -28,15 +31,18 @@ json of(const ExperimentResult& result) {
   for (const Figure& figure : result.figures) figures.push_back(of(figure));
   json plots = json::array();
   for (const Plot& plot : result.plots) plots.push_back(of(plot));
-  return {{"name", result.name},
-          {"title", result.title},
-          {"runs", result.runs},
-          {"seed", result.seed},
-          {"all_reached", all_reached(result)},
-          {"settings", std::move(settings)},
-          {"figures", std::move(figures)},
-          {"plots", std::move(plots)},
-          {"notes", result.notes}};
+  json j{{"name", result.name},
+         {"title", result.title},
+         {"all_reached", all_reached(result)},
+         {"settings", std::move(settings)},
+         {"figures", std::move(figures)},
+         {"plots", std::move(plots)},
+         {"notes", result.notes}};
+  if (result.runs > 0) {
+    j["runs"] = result.runs;
+    j["seed"] = result.seed;
+  }
+  return j;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ constexpr std::size_t measured_width = 11;
 constexpr std::size_t reach_width = 16;
 constexpr std::size_t verdict_width = 13;  // "  falls short"
 constexpr std::size_t what_width = columns - measured_width - reach_width - verdict_width;
+static_assert(what_width == figure_name_width + 1);
 constexpr int digits = 4;
 
 /// Lines of at most `width` characters, broken at blanks; a longer word has a line of its own.
@@ -33,14 +34,11 @@ std::string right(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }
 
-std::string verdict(const Figure& figure) {
-  if (figure.reach.empty()) return "";
-  return figure.reached ? "  pass" : "  falls short";
-}
+std::string_view verdict(const Figure& figure) { return figure.reached ? "  pass" : "  falls short"; }
 
 /// The name on as many lines as it needs, the numbers beside the last.
 void write_row(std::ostream& out, const std::string& what, const std::string& rest) {
-  const std::vector<std::string> lines = wrapped(what, what_width - 1);
+  const std::vector<std::string> lines = wrapped(what, figure_name_width);
   for (std::size_t i = 0; i + 1 < lines.size(); ++i) out << lines[i] << '\n';
   out << left(lines.back(), what_width) << rest << '\n';
 }
@@ -56,12 +54,12 @@ void write_paragraph(std::ostream& out, const std::string& head, const std::stri
 std::string format_text(const ExperimentResult& result) {
   std::ostringstream out;
   write_paragraph(out, result.name + ": ", result.title);
-  out << result.runs << (result.runs == 1 ? " run" : " runs") << ", seed " << result.seed << "\n\n";
+  out << runs_text(result) << "\n\n";
   write_row(out, "", right("measured", measured_width) + "  to reach");
   for (const Figure& figure : result.figures)
     write_row(out, figure.what,
-              right(number_text(figure.measured, digits), measured_width) + "  " +
-                  (figure.reach.empty() ? "" : left(figure.reach, reach_width - 2) + verdict(figure)));
+              right(number_text(figure.measured, digits), measured_width) +
+                  (figure.reach.empty() ? "" : "  " + left(figure.reach, reach_width - 2).append(verdict(figure))));
 
   const auto judged = [](const Figure& figure) { return !figure.reach.empty(); };
   const auto of = std::count_if(result.figures.begin(), result.figures.end(), judged);

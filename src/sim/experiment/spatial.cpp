@@ -151,7 +151,16 @@ struct Passing {
   [[nodiscard]] double bearing_from(double d_m) const { return std::atan2(p[0], p[1] - d_m); }
 };
 
-Errors fly(const Model& model, Geometry geometry, double ratio, std::uint64_t seed, int run) {
+/// One run of the passing target as the sensors and the tracks have it, deg over scans.
+struct Trace {
+  std::vector<double> x_m, y_m;
+  std::vector<double> at_reference, at_other;  ///< true bearings
+  std::vector<double> measured_reference, measured_other;
+  std::vector<double> reference, fused;  ///< tracks: reference alone, map
+};
+
+/// `trace`, where given, gets the run.
+Errors fly(const Model& model, Geometry geometry, double ratio, std::uint64_t seed, int run, Trace* trace = nullptr) {
   // The same draws for every geometry and ratio: what differs is what is compared.
   RandomStream motion(seed, "spatial motion " + std::to_string(run));
   RandomStream noise(seed, "spatial noise " + std::to_string(run));
@@ -175,11 +184,22 @@ Errors fly(const Model& model, Geometry geometry, double ratio, std::uint64_t se
     }
     std::array<double, 2> z{truth[0] + sigma_reference * noise.normal(),
                             at_other + ratio * sigma_reference * noise.normal()};
+    const std::array<double, 2> measured = z;
     if (geometry == Geometry::Compensated) {
       const double track_range = target.p.norm() * (1 + range_error);
       z[1] = compensate_planar_parallax(z[1], bank.predicted_bearing(), track_range, d_astern_m);
     }
     const auto fused = bank.scan(z);
+    if (trace != nullptr) {
+      trace->x_m.push_back(target.p[0]);
+      trace->y_m.push_back(target.p[1]);
+      trace->at_reference.push_back(truth[0] / deg);
+      trace->at_other.push_back(at_other / deg);
+      trace->measured_reference.push_back(measured[0] / deg);
+      trace->measured_other.push_back(measured[1] / deg);
+      trace->reference.push_back(fused[Reference].mean[0] / deg);
+      trace->fused.push_back(fused[Map].mean[0] / deg);
+    }
     for (std::size_t r = 0; r < rules; ++r) {
       const Vec<2> e = fused[r].mean - truth;
       errors.square[r][static_cast<std::size_t>(k - 1)] = e[0] * e[0];
@@ -205,7 +225,7 @@ double exactness(std::uint64_t seed) {
 }
 
 Plot bias_plot(const char* title, double d_m) {
-  Plot plot{.title = title, .x_label = "bearing, deg", .y_label = "spatial bias, deg", .log_y = false, .curves = {}};
+  Plot plot{.title = title, .x_label = "bearing, deg", .y_label = "spatial bias, deg", .curves = {}};
   for (const double range : {500.0, 1000.0, 2000.0, 5000.0, 10000.0}) {
     Curve& curve = plot.curves.emplace_back();
     curve.label = number_text(range / 1000, 2) + " km";
@@ -217,8 +237,32 @@ Plot bias_plot(const char* title, double d_m) {
   return plot;
 }
 
-std::string ratio_text(double ratio) {
-  return number_text(sigma_reference / deg, 2) + " deg and " + number_text(ratio * sigma_reference / deg, 2) + " deg";
+/// Of the displaced sensor; the reference's is the same throughout.
+std::string sigma_text(double ratio) { return "aux. sigma " + number_text(ratio * sigma_reference / deg, 2) + " deg"; }
+
+/// Figure 6: the ship heads along y, the reference sensor at the origin.
+Plot scenario_plot(const Trace& trace) {
+  Plot plot{.title = "Ship and target (paper: figure 6; first run)", .x_label = "x, m", .y_label = "y, ahead, m"};
+  plot.curves = {{.label = "target", .x = trace.x_m, .y = trace.y_m},
+                 {.label = "reference sensor", .x = {0}, .y = {0}, .points = true},
+                 {.label = "auxiliary sensor, 100 m astern", .x = {0}, .y = {d_astern_m}, .points = true}};
+  return plot;
+}
+
+/// Figure 7: bearings of both sensors, and what the tracks make of them.
+Plot bearing_plot(const Trace& trace) {
+  std::vector<double> t;
+  for (int k = 1; k <= scans; ++k) t.push_back(T * k);
+  Plot plot{.title = "Bearings at both sensors and tracks, " + sigma_text(1) + " (paper: figure 7; first run)",
+            .x_label = "time, s",
+            .y_label = "bearing, deg"};
+  plot.curves = {{.label = "measured by the reference", .x = t, .y = trace.measured_reference, .points = true},
+                 {.label = "measured by the auxiliary", .x = t, .y = trace.measured_other, .points = true},
+                 {.label = "reference track", .x = t, .y = trace.reference},
+                 {.label = "map, compensated", .x = t, .y = trace.fused},
+                 {.label = "true at the reference", .x = t, .y = trace.at_reference, .dashed = true},
+                 {.label = "true at the auxiliary", .x = t, .y = trace.at_other, .dashed = true}};
+  return plot;
 }
 
 Plot error_plot(const std::string& title, const Errors& errors, const std::vector<std::string>& methods, int runs) {
@@ -293,7 +337,7 @@ ExperimentResult run_spatial(const ExperimentOptions& options) {
   out.figures.push_back(at_most("exact parallax with exact range, largest error, rad", exactness(options.seed), 1e-14));
   for (std::size_t i = 0; i < sigma_ratio.size(); ++i) {
     const Errors& e = sum.matched[i];
-    const std::string at = ", sigma " + ratio_text(sigma_ratio[i]);
+    const std::string at = ", " + sigma_text(sigma_ratio[i]);
     if (has(Map) && has(Campo))
       out.figures.push_back(at_most("map / bar-shalom-campo, rms" + at, e.rms(Map, runs) / e.rms(Campo, runs), 0.995));
     for (const std::size_t rule : {Map, Campo})
@@ -304,24 +348,28 @@ ExperimentResult run_spatial(const ExperimentOptions& options) {
   for (std::size_t rule = 0; rule < rules; ++rule) {
     if (!has(rule)) continue;
     for (std::size_t i = 0; i < sigma_ratio.size(); ++i)
-      out.figures.push_back(
-          shown("passing target, " + rule_names()[rule] + ", rms deg, sigma " + ratio_text(sigma_ratio[i]),
-                sum.compensated[i].rms(rule, runs) / deg));
+      out.figures.push_back(shown("passing, " + rule_names()[rule] + ", rms, deg, " + sigma_text(sigma_ratio[i]),
+                                  sum.compensated[i].rms(rule, runs) / deg));
   }
 
   if (has(Map))
-    out.figures.push_back(shown("passing target, map, rms deg, sigma " + ratio_text(1) + ", not compensated",
-                                sum.uncompensated.rms(Map, runs) / deg));
+    out.figures.push_back(
+        shown("passing, uncompensated, map, rms, deg, " + sigma_text(1), sum.uncompensated.rms(Map, runs) / deg));
 
-  out.plots.push_back(bias_plot("Spatial bias of the sensor 10 m ahead", d_ahead_m));
-  out.plots.push_back(bias_plot("Spatial bias of the sensor 100 m astern", d_astern_m));
+  Trace trace;
+  (void)fly(model, Geometry::Compensated, 1, options.seed, 0, &trace);
+  out.plots.push_back(bias_plot("Spatial bias of the sensor 10 m ahead (paper: figure 4)", d_ahead_m));
+  out.plots.push_back(bias_plot("Spatial bias of the sensor 100 m astern (paper: figure 5)", d_astern_m));
+  out.plots.push_back(scenario_plot(trace));
+  out.plots.push_back(bearing_plot(trace));
   for (std::size_t i = 0; i < sigma_ratio.size(); ++i)
-    out.plots.push_back(error_plot("Passing target, compensated, sigma " + ratio_text(sigma_ratio[i]),
-                                   sum.compensated[i], methods, runs));
+    out.plots.push_back(
+        error_plot("Passing target, compensated, " + sigma_text(sigma_ratio[i]) + " (paper: figures 8 to 10)",
+                   sum.compensated[i], methods, runs));
   out.plots.push_back(
-      error_plot("Passing target, not compensated, sigma " + ratio_text(1), sum.uncompensated, methods, runs));
+      error_plot("Passing target, not compensated, " + sigma_text(1), sum.uncompensated, methods, runs));
   for (std::size_t i = 0; i < sigma_ratio.size(); ++i)
-    out.plots.push_back(error_plot("Matched case, sigma " + ratio_text(sigma_ratio[i]), sum.matched[i], methods, runs));
+    out.plots.push_back(error_plot("Matched case, " + sigma_text(sigma_ratio[i]), sum.matched[i], methods, runs));
   out.notes = {
       "The paper's numbers are lost in its printed text; displacements (ratio 10), sigma and geometry are "
       "chosen here.",

@@ -9,8 +9,10 @@
 namespace downrange::sim {
 namespace {
 
-constexpr double width = 760;
-constexpr double height = 380;
+constexpr double page_width = 760;
+constexpr double height_alone = 380;
+constexpr double height_in_row = 270;
+constexpr double least_width = 300;  ///< three of them stand side by side on a wide screen
 constexpr double left = 72;
 constexpr double right = 16;
 constexpr double top = 12;
@@ -21,6 +23,11 @@ constexpr int dash_patterns = 4;
 struct Tick {
   double at;
   std::string text;
+};
+
+struct Canvas {
+  double width = page_width;
+  double height = height_alone;
 };
 
 /// One axis: what the data span, mapped to pixels.
@@ -48,9 +55,10 @@ std::string text_of(double value, int decimals) {
   return buffer;
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, five to ten of them.
+/// Multiples of 1, 2 or 5 times a power of ten: five to ten of them on a plot of its own.
 std::vector<Tick> linear_ticks(const Axis& axis) {
-  const double rough = (axis.high - axis.low) / 7;
+  const double wanted = std::clamp(std::abs(axis.pixel_high - axis.pixel_low) / 45, 3.0, 7.0);
+  const double rough = (axis.high - axis.low) / wanted;
   const double power = std::pow(10, std::floor(std::log10(rough)));
   const double step = power * (rough / power < 1.5 ? 1 : rough / power < 3.5 ? 2 : rough / power < 7.5 ? 5 : 10);
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
@@ -64,7 +72,12 @@ std::vector<Tick> linear_ticks(const Axis& axis) {
 /// axis where not even a few of these are in view.
 std::vector<Tick> log_ticks(const Axis& axis) {
   const double decades = axis.high - axis.low;
-  if (decades < 0.8) return linear_ticks({.low = std::pow(10, axis.low), .high = std::pow(10, axis.high)});
+  if (decades < 0.8) {
+    Axis linear = axis;
+    linear.low = std::pow(10, axis.low);
+    linear.high = std::pow(10, axis.high);
+    return linear_ticks(linear);
+  }
   const int every = decades > 8 ? static_cast<int>(std::ceil(decades / 8)) : 1;
   std::vector<double> multiples{1};
   if (decades < 3) multiples = {1, 2, 5};
@@ -80,18 +93,20 @@ std::vector<Tick> log_ticks(const Axis& axis) {
 }
 
 /// Of all values that can be shown, with some air around them.
-Axis axis_of(const Plot& plot, std::vector<double> Curve::*values, bool log, double pixel_low, double pixel_high,
-             double air) {
+Axis axis_of(std::span<const Plot> row, std::vector<double> Curve::*values, bool log, double pixel_low,
+             double pixel_high, double air) {
   Axis axis{.low = std::numeric_limits<double>::infinity(),
             .high = -std::numeric_limits<double>::infinity(),
             .log = log,
             .pixel_low = pixel_low,
             .pixel_high = pixel_high};
-  for (const Curve& curve : plot.curves) {
-    for (const double value : curve.*values) {
-      if (!axis.shows(value)) continue;
-      axis.low = std::min(axis.low, log ? std::log10(value) : value);
-      axis.high = std::max(axis.high, log ? std::log10(value) : value);
+  for (const Plot& plot : row) {
+    for (const Curve& curve : plot.curves) {
+      for (const double value : curve.*values) {
+        if (!axis.shows(value)) continue;
+        axis.low = std::min(axis.low, log ? std::log10(value) : value);
+        axis.high = std::max(axis.high, log ? std::log10(value) : value);
+      }
     }
   }
   if (!(axis.low <= axis.high)) axis.low = 0, axis.high = 1;
@@ -115,7 +130,7 @@ struct Pixel {
 /// Of each column of pixels the first, least, greatest and last point; only for lines whose x does not go back.
 std::vector<Pixel> thinned(const std::vector<Pixel>& line) {
   const auto goes_back = [](const Pixel& a, const Pixel& b) { return b.x < a.x; };
-  if (line.size() < 2 * static_cast<std::size_t>(width) ||
+  if (line.size() < 2 * static_cast<std::size_t>(page_width) ||
       std::adjacent_find(line.begin(), line.end(), goes_back) != line.end())
     return line;
   std::vector<Pixel> kept;
@@ -178,7 +193,8 @@ std::vector<std::string> classes_of(const Plot& plot) {
   return classes;
 }
 
-void write_axes(std::ostream& out, const Plot& plot, const Axis& x, const Axis& y) {
+void write_axes(std::ostream& out, const Plot& plot, const Canvas& canvas, const Axis& x, const Axis& y) {
+  const auto [width, height] = canvas;
   const std::vector<Tick> x_ticks = linear_ticks(x);
   const std::vector<Tick> y_ticks = y.log ? log_ticks(y) : linear_ticks(y);
   out << "<g class=\"grid\">";
@@ -209,6 +225,19 @@ void write_legend(std::ostream& out, const Plot& plot, const std::vector<std::st
   out << "</ul>\n";
 }
 
+void write_figure(std::ostream& out, const Plot& plot, const Canvas& canvas, const Axis& x, const Axis& y) {
+  const std::vector<std::string> classes = classes_of(plot);
+  out << "<figure><figcaption>" << escaped(plot.title) << "</figcaption>\n<svg viewBox=\"0 0 " << canvas.width << ' '
+      << canvas.height << "\" fill=\"none\" role=\"img\" aria-label=\""
+      << escaped(plot.title + ": " + plot.y_label + " against " + plot.x_label) << "\">\n";
+  write_axes(out, plot, canvas, x, y);
+  for (std::size_t i = 0; i < plot.curves.size(); ++i)
+    out << "<path class=\"" << classes[i] << "\" d=\"" << path_data(plot.curves[i], x, y) << "\"/>\n";
+  out << "</svg>\n";
+  write_legend(out, plot, classes);
+  out << "</figure>\n";
+}
+
 }  // namespace
 
 std::string escaped(std::string_view text) {
@@ -237,6 +266,8 @@ std::string escaped(std::string_view text) {
 std::string_view plot_style() {
   return R"(figure { margin: 1.5rem 0; break-inside: avoid; }
 figcaption { font-weight: 600; margin-bottom: .3rem; }
+.row { display: grid; grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)); gap: 0 1rem; }
+.row figcaption { font-size: .9rem; }
 figure > svg { width: 100%; height: auto; max-width: 60rem; display: block; }
 figure path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
 figure text { fill: var(--ink); font: 12px system-ui, sans-serif; }
@@ -258,21 +289,17 @@ figure path.dash { stroke-linecap: butt; }
 )";
 }
 
-std::string svg_figure(const Plot& plot) {
-  const Axis x = axis_of(plot, &Curve::x, false, left, width - right, 0);
-  const Axis y = axis_of(plot, &Curve::y, plot.log_y, height - bottom, top, 0.05);
-  const std::vector<std::string> classes = classes_of(plot);
+std::string svg_figures(std::span<const Plot> row) {
+  const bool alone = row.size() == 1;
+  const Canvas canvas =
+      alone ? Canvas{} : Canvas{std::max(least_width, page_width / static_cast<double>(row.size())), height_in_row};
+  const Axis x = axis_of(row, &Curve::x, false, left, canvas.width - right, 0);
+  const Axis y = axis_of(row, &Curve::y, row.front().log_y, canvas.height - bottom, top, 0.05);
   std::ostringstream out;
   out.precision(5);
-  out << "<figure><figcaption>" << escaped(plot.title) << "</figcaption>\n<svg viewBox=\"0 0 " << width << ' ' << height
-      << "\" fill=\"none\" role=\"img\" aria-label=\""
-      << escaped(plot.title + ": " + plot.y_label + " against " + plot.x_label) << "\">\n";
-  write_axes(out, plot, x, y);
-  for (std::size_t i = 0; i < plot.curves.size(); ++i)
-    out << "<path class=\"" << classes[i] << "\" d=\"" << path_data(plot.curves[i], x, y) << "\"/>\n";
-  out << "</svg>\n";
-  write_legend(out, plot, classes);
-  out << "</figure>\n";
+  if (!alone) out << "<div class=\"row\">\n";
+  for (const Plot& plot : row) write_figure(out, plot, canvas, x, y);
+  if (!alone) out << "</div>\n";
   return out.str();
 }
 
