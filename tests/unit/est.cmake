@@ -20,3 +20,5 @@ downrange_test(est_allocation_test ${CMAKE_CURRENT_LIST_DIR}/est_allocation_test
 downrange_test(est_pseudo_measurement_test ${CMAKE_CURRENT_LIST_DIR}/est_pseudo_measurement_test.cpp LIBS downrange_est)
 downrange_test(est_two_stage_test ${CMAKE_CURRENT_LIST_DIR}/est_two_stage_test.cpp LIBS downrange_est downrange_sim)
 downrange_test(est_ts_test ${CMAKE_CURRENT_LIST_DIR}/est_ts_test.cpp LIBS downrange_est)
+downrange_test(est_track_level_test ${CMAKE_CURRENT_LIST_DIR}/est_track_level_test.cpp LIBS downrange_est)
+downrange_test(est_quick_look_test ${CMAKE_CURRENT_LIST_DIR}/est_quick_look_test.cpp LIBS downrange_est)
