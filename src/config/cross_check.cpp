@@ -133,16 +133,22 @@ void check_times(const RangeConfig& range, const Checker& check) {
                     milliseconds_text(range.slave.stale) + ") or more");
 }
 
-void check_methods(const FuseConfig& fuse, const Checker& check) {
+void check_methods(const RangeConfig& range, const Checker& check) {
+  const FuseConfig& fuse = range.fuse;
   const std::vector<std::string> known(method_names().begin(), method_names().end());
   check.require(!fuse.methods.empty(), "fuse.methods", "found [], allowed: one or more of " + show_texts(known));
   std::set<Name> seen;
   for (const Name& method : fuse.methods) {
     const std::string name(method.view());
-    check.require(std::ranges::find(known, name) != known.end(), "fuse.methods",
+    const bool is_known = std::ranges::find(known, name) != known.end();
+    check.require(is_known, "fuse.methods",
                   "found \"" + name + "\", allowed: one or more of " + show_texts(known) + suggestion(name, known));
     check.require(seen.insert(method).second, "fuse.methods",
                   "found \"" + name + "\" twice, allowed: each method once");
+    const std::size_t most = is_known ? static_cast<std::size_t>(most_radars(name)) : max_sensors;
+    check.require(range.radars.size() <= most || range.radars.size() > max_sensors, "fuse.methods",
+                  "found \"" + name + "\" with " + std::to_string(range.radars.size()) + " radars, allowed: at most " +
+                      std::to_string(most) + " [[radar]] for that method");
   }
 }
 
@@ -187,7 +193,7 @@ void cross_check(const ServiceConfig& config, const toml::table& root, const Rep
   check_identifiers(config.range, check);
   check_instruments(config.range, check);
   check_times(config.range, check);
-  check_methods(config.range.fuse, check);
+  check_methods(config.range, check);
   check_node(config, check);
 }
 

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <downrange/est/joint.hpp>
 #include <downrange/est/method.hpp>
+#include <downrange/est/quick_look.hpp>
 #include <downrange/est/rewind.hpp>
 #include <downrange/est/schmidt.hpp>
 #include <downrange/est/song2015.hpp>
+#include <downrange/est/track_level.hpp>
 #include <downrange/est/ts.hpp>
 #include <stdexcept>
 #include <string>
@@ -44,6 +46,7 @@ std::unique_ptr<Method> rewound(const Core& core) {
 struct NamedMethod {
   std::string_view name;
   std::unique_ptr<Method> (*make)(const MethodSettings&);
+  int most_radars = 64;
 };
 
 /// The table of methods: a new one is a line here and a file beside song2015.cpp.
@@ -55,8 +58,21 @@ constexpr NamedMethod methods[] = {
        return s.stations > 0 && s.gps_error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      }},
     {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }},
+    {"information", [](const MethodSettings& s) { return rewound(TrackLevel<InformationRule>(s)); }, max_fused_tracks},
+    {"federated", [](const MethodSettings& s) { return rewound(TrackLevel<FederatedRule>(s)); }, max_fused_tracks},
+    {"map", [](const MethodSettings& s) { return rewound(TrackLevel<MapRule>(s)); }, max_fused_tracks},
+    {"bar-shalom-campo", [](const MethodSettings& s) { return rewound(TrackLevel<CampoRule>(s)); }, max_fused_tracks},
+    {"convex", [](const MethodSettings& s) { return rewound(TrackLevel<ConvexRule>(s)); }, max_fused_tracks},
+    {"alpha-beta", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<QuickLook>(s); }},
     {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
 };
+
+const NamedMethod& method_named(std::string_view name) {
+  for (const NamedMethod& m : methods) {
+    if (m.name == name) return m;
+  }
+  throw std::invalid_argument("unknown method '" + std::string(name) + "'");
+}
 
 }  // namespace
 
@@ -74,11 +90,10 @@ const std::vector<std::string_view>& method_names() {
   return names;
 }
 
+int most_radars(std::string_view method) { return method_named(method).most_radars; }
+
 std::unique_ptr<Method> make_method(std::string_view name, const MethodSettings& settings) {
-  for (const NamedMethod& m : methods) {
-    if (m.name == name) return m.make(settings);
-  }
-  throw std::invalid_argument("unknown method '" + std::string(name) + "'");
+  return method_named(name).make(settings);
 }
 
 }  // namespace downrange

@@ -47,6 +47,7 @@ MethodSettings settings_of(const RangeConfig& config) {
   s.q_ca_m2_s5 = config.fuse.q_ca_m2_s5;
   s.batch = config.fuse.batch;
   s.q_m2_s3 = config.fuse.q_m2_s3;
+  s.alpha_beta_acceleration_m_s2 = config.fuse.alpha_beta_acceleration_m_s2;
   s.initial_sigma_velocity_m_s = config.fuse.initial_sigma_velocity_m_s;
   s.initial_sigma_acceleration_m_s2 = config.fuse.initial_sigma_acceleration_m_s2;
   s.gps_error = config.align.gps_error;

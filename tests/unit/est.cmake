@@ -22,3 +22,5 @@ downrange_test(est_two_stage_test ${CMAKE_CURRENT_LIST_DIR}/est_two_stage_test.c
 downrange_test(est_ts_test ${CMAKE_CURRENT_LIST_DIR}/est_ts_test.cpp LIBS downrange_est)
 downrange_test(est_hypothesis_test ${CMAKE_CURRENT_LIST_DIR}/est_hypothesis_test.cpp LIBS downrange_est)
 downrange_test(est_schmidt_test ${CMAKE_CURRENT_LIST_DIR}/est_schmidt_test.cpp LIBS downrange_est)
+downrange_test(est_track_level_test ${CMAKE_CURRENT_LIST_DIR}/est_track_level_test.cpp LIBS downrange_est)
+downrange_test(est_quick_look_test ${CMAKE_CURRENT_LIST_DIR}/est_quick_look_test.cpp LIBS downrange_est)

@@ -30,6 +30,9 @@ INSTANTIATE_TEST_SUITE_P(Methods, Allocation,
                                          Case{"joint", Kinematics::Launch}, Case{"joint", Kinematics::Vdie},
                                          Case{"schmidt", Kinematics::Ca}, Case{"schmidt", Kinematics::Launch},
                                          Case{"ts", Kinematics::Ca}, Case{"song2015", Kinematics::Cv},
+                                         Case{"information", Kinematics::Cv}, Case{"federated", Kinematics::Cv},
+                                         Case{"map", Kinematics::Cv}, Case{"bar-shalom-campo", Kinematics::Cv},
+                                         Case{"convex", Kinematics::Cv}, Case{"alpha-beta", Kinematics::Cv},
                                          Case{"uncorrected", Kinematics::Cv}));
 
 TEST_F(AllocationCount, IsCounted) {

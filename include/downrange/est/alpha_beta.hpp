@@ -99,12 +99,40 @@ class AlphaBetaTracker {
     }
   }
 
+  /// Starts on a first estimate of [position, velocity] about the sensor. Of its covariance the tracker keeps what lies
+  /// along each line-of-sight axis.
+  AlphaBetaTracker(const AlphaBetaSettings& settings, const Gaussian<2 * D>& estimate)
+      : settings_(settings), position_(estimate.mean.template head<D>()), velocity_(estimate.mean.template tail<D>()) {
+    const Mat<D, D> axes = line_of_sight_axes<D>(position_);
+    const auto along = [&](int i, int row, int column) {
+      return axes.col(i).dot(estimate.cov.template block<D, D>(row * D, column * D) * axes.col(i));
+    };
+    for (int i = 0; i < D; ++i) at(P_, i) << along(i, 0, 0), along(i, 0, 1), along(i, 1, 0), along(i, 1, 1);
+  }
+
   [[nodiscard]] const Vec<D>& position() const { return position_; }
   [[nodiscard]] const Vec<D>& velocity() const { return velocity_; }
   /// Of the last scan, per axis.
   [[nodiscard]] const AlphaBetaGains& gains(int axis) const { return gains_[static_cast<std::size_t>(axis)]; }
   /// Covariance of [position, velocity] along one axis, after the last scan.
   [[nodiscard]] const Mat<2, 2>& covariance(int axis) const { return P_[static_cast<std::size_t>(axis)]; }
+
+  /// [position, velocity] about the sensor T seconds after the last scan (T may be 0 or negative).
+  [[nodiscard]] Gaussian<2 * D> predicted(double T) const {
+    Gaussian<2 * D> x;
+    x.mean << position_ + T * velocity_, velocity_;
+    const Mat<D, D> axes = line_of_sight_axes<D>(x.mean.template head<D>());
+    x.cov.setZero();
+    for (int i = 0; i < D; ++i) {
+      const Mat<2, 2> P = predict(at(P_, i), T);
+      const Mat<D, D> along = axes.col(i) * axes.col(i).transpose();
+      x.cov.template topLeftCorner<D, D>() += P(0, 0) * along;
+      x.cov.template topRightCorner<D, D>() += P(0, 1) * along;
+      x.cov.template bottomRightCorner<D, D>() += P(1, 1) * along;
+    }
+    x.cov.template bottomLeftCorner<D, D>() = x.cov.template topRightCorner<D, D>().transpose();
+    return x;
+  }
 
   /// One scan, T > 0 seconds after the last accepted one: measured position and its 1-sigma along the line-of-sight
   /// axes (range, range x sigma_azimuth x cos elevation, range x sigma_elevation). A gated scan changes nothing.

@@ -89,7 +89,7 @@ struct RadarModel {
   /// sigma.azimuth_rad is on the sky, as a mount's pointing errors are: the noise of the azimuth itself is that over
   /// cos(elevation). False: it is the axis's own.
   bool azimuth_sigma_on_sky = false;
-  /// Terms of method joint and schmidt; song2015 always uses its own Cartesian ones.
+  /// Terms of joint, schmidt and ts; song2015 and the track-level rules always use their own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
   std::shared_ptr<const RefractionTable> refraction =
       nullptr;                 ///< of the air over the site; none: plots are free of it
@@ -145,10 +145,13 @@ struct MethodSettings {
   bool gps_use_velocity = true;
   Duration gps_max_age = milliseconds(3000);
   GpsErrorModel gps_error;
-  GpsAlignment gps_alignment;  ///< of song2015 and schmidt
+  GpsAlignment gps_alignment;  ///< of schmidt, song2015 and the track-level rules
   NoGpsRegime no_gps;
 
-  // Of song2015 and uncorrected.
+  /// Of alpha-beta: 1-sigma per axis, constant between two plots of a radar.
+  double alpha_beta_acceleration_m_s2 = 100;
+
+  // Of song2015, the track-level rules and uncorrected.
   Duration batch = milliseconds(100);
   double q_m2_s3 = 1000;
   double gps_q_m2_s3 = 1000;
@@ -188,7 +191,10 @@ class Method {
 /// Known to `make_method`, in the order of src/est/README.md.
 [[nodiscard]] const std::vector<std::string_view>& method_names();
 
-/// Throws std::invalid_argument for a name that is not in `method_names`.
+/// Radars that measure range, at most, of a method in `method_names`; 64 where its arithmetic sets no other limit.
+[[nodiscard]] int most_radars(std::string_view method);
+
+/// Throws std::invalid_argument for a name that is not in `method_names`, and for more radars than the method takes.
 [[nodiscard]] std::unique_ptr<Method> make_method(std::string_view name, const MethodSettings& settings);
 
 }  // namespace downrange

@@ -123,9 +123,9 @@ struct IngestConfig {
 /// Bias estimation.
 struct AlignConfig {
   GpsErrorModel gps_error;                    ///< of joint and schmidt
-  GpsAlignment gps_alignment;                 ///< of song2015 and schmidt
+  GpsAlignment gps_alignment;                 ///< of schmidt, song2015 and the track-level rules
   NoGpsRegime no_gps;                         ///< of joint
-  double offset_prior_m = 100;                ///< song2015: 1-sigma per SEZ axis
+  double offset_prior_m = 100;                ///< song2015, track-level rules: 1-sigma per SEZ axis
   double scale_prior = 3e-4;                  ///< likewise
   int window = 20;                            ///< samples of the paper's windowed process noise; 0: none, drift only
   double offset_drift_m_sqrt_s = 0.3;         ///< random walk of the offsets, m/sqrt(s)
@@ -140,8 +140,9 @@ struct FuseConfig {
   Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
   double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
   double q_ca_m2_s5 = 10;                      ///< white jerk of ca
-  Duration batch = milliseconds(100);          ///< fusion interval of song2015, on the UTC grid
-  double q_m2_s3 = 1000;                       ///< song2015: white acceleration PSD of the fused track
+  Duration batch = milliseconds(100);          ///< fusion interval of song2015 and federated, on the UTC grid
+  double q_m2_s3 = 1000;                       ///< song2015, track-level rules: white acceleration PSD
+  double alpha_beta_acceleration_m_s2 = 100;   ///< alpha-beta: between two plots, 1-sigma
   double gate_probability = 0.9999;
   int reopen_after = 50;  ///< rejections in a row before a source's bias is opened again
   double initial_sigma_velocity_m_s = 3000;
