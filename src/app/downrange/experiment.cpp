@@ -98,23 +98,37 @@ bool has_flights(const Options& o, const std::filesystem::path& folder) {
   return false;
 }
 
-int run_experiments(const Options& o) {
-  check_options(o);
-  const std::filesystem::path folder = flights_folder(o.data);
+std::vector<sim::Experiment> chosen_experiments(const Options& o, const std::filesystem::path& folder) {
   std::vector<sim::Experiment> chosen;
-  std::vector<std::string> inputs;
   for (const sim::Experiment& e : all_experiments(folder)) {
     if (o.name != all && o.name != e.name) continue;
     check_methods(e, o.methods);
-    if (e.name == flights) {
-      if (!has_flights(o, folder)) continue;
-      for (const std::string& flight : flights_in(folder))
-        for (std::string& file : files_of_flight(folder, flight)) inputs.push_back(std::move(file));
-    }
-    chosen.push_back(e);
+    if (e.name != flights || has_flights(o, folder)) chosen.push_back(e);
+  }
+  return chosen;
+}
+
+/// That outputs can be written, as far as it can be known. Throws std::runtime_error.
+void check_outputs(const Options& o, const std::filesystem::path& folder) {
+  std::vector<std::string> inputs;
+  if (o.name == flights || o.name == all) {
+    for (const std::string& flight : flights_in(folder))
+      for (std::string& file : files_of_flight(folder, flight)) inputs.push_back(std::move(file));
   }
   o.files.check({o.json, o.html}, inputs);
+  for (const std::string& output : {o.json, o.html}) {
+    if (output.empty()) continue;
+    const std::filesystem::path parent = std::filesystem::absolute(output).parent_path();
+    if (!std::filesystem::is_directory(parent))
+      throw std::runtime_error(output + ": there is no folder " + parent.string());
+  }
+}
 
+int run_experiments(const Options& o) {
+  check_options(o);
+  const std::filesystem::path folder = flights_folder(o.data);
+  const std::vector<sim::Experiment> chosen = chosen_experiments(o, folder);
+  check_outputs(o, folder);
   std::vector<sim::ExperimentResult> results;
   for (const sim::Experiment& e : chosen) {
     Progress progress{std::string(e.name)};

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -51,6 +52,8 @@ struct Plot {
   std::string y_label;
   bool log_y = false;
   std::vector<Curve> curves{};
+  /// Greater magnitudes of y are drawn on the edge: a few wild ones do not flatten the rest.
+  double y_most = std::numeric_limits<double>::infinity();
   std::string row{};  ///< neighbours of the same one stand side by side, with the same axes; empty: alone
 };
 

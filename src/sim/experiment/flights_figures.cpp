@@ -67,6 +67,15 @@ std::optional<double> time_tag_ms(const Flown& flown, const Name& radar) {
   return std::nullopt;
 }
 
+/// As the plots arrived and as history has them in the end: a late message can turn a verdict.
+GateCount worse_gate(const Flown& arrived, const Flown* in_order) {
+  GateCount gate = arrived.gate;
+  if (in_order == nullptr) return gate;
+  gate.outliers_rejected = std::min(gate.outliers_rejected, in_order->gate.outliers_rejected);
+  gate.plots_rejected = std::max(gate.plots_rejected, in_order->gate.plots_rejected);
+  return gate;
+}
+
 void position_rows(Table& table, const FlightResult& flight, const Flown& all) {
   const PositionScore joint = all.position("joint", whole);
   table.most("joint, rms, m", joint.rms_m, &Asked::rms_m);
@@ -81,7 +90,7 @@ void plot_rows(Table& table, const FlightResult& flight, const Flown& all) {
   if (const auto tag = time_tag_ms(all, "merritt"); tag && table.asks() != nullptr)
     table.add(within(table.name("time tag of merritt, ms"), *tag, merritt_time_tag_ms - table.asks()->time_tag_ms,
                      merritt_time_tag_ms + table.asks()->time_tag_ms));
-  const GateCount& gate = all.gate;
+  const GateCount gate = worse_gate(all, flight.find("in order"));
   if (gate.outliers > 0)
     table.least("share of " + std::to_string(gate.outliers) + " planted outliers rejected",
                 static_cast<double>(gate.outliers_rejected) / gate.outliers, 1);

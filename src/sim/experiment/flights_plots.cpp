@@ -61,14 +61,16 @@ std::vector<Plot> plots(const FlightResult& flight) {
   add_error_plots(flight, all);
   const Flown* const in_order = flight.find("in order");
   if (in_order == nullptr) return all;
+  const std::vector<Name>& methods = in_order->replay.methods;
   for (const Name& radar : flight.radars) {
     for (const Component& component : components) {
-      const std::string of =
-          flight.name + ": " + std::string(component.name) + " residual of " + std::string(radar.view());
-      for (const auto& [method, radars] : in_order->residuals) {
-        const auto found = radars.find(radar);
-        if (found == radars.end()) continue;
-        all.push_back(residual_plot(of + ", " + std::string(method.view()), of, found->second, component));
+      const std::string of = std::string(component.name) + " residual of " + std::string(radar.view()) + ", ";
+      // What is not corrected first, as the paper has it.
+      for (auto method = methods.rbegin(); method != methods.rend(); ++method) {
+        const auto of_method = in_order->residuals.find(*method);
+        if (of_method == in_order->residuals.end() || !of_method->second.contains(radar)) continue;
+        all.push_back(residual_plot(of + std::string(method->view()) + " (" + flight.name + ')', of + flight.name,
+                                    of_method->second.at(radar), component));
       }
     }
   }

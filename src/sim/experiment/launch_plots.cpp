@@ -49,7 +49,8 @@ Plot ripple_plot(const Result& result, std::size_t window) {
 }
 
 /// Fig. 5 and 6 of song2015, methods side by side.
-Plot residual_plot_of(const Flown& flown, const Phase& window, std::size_t radar, const Component& component) {
+Plot residual_plot_of(const Flown& flown, std::size_t w, std::size_t radar, const Component& component) {
+  const Phase& window = windows()[w];
   std::vector<Residual> inside;
   for (const PlotResidual& r : flown.residuals) {
     if (r.radar == static_cast<int>(radar) && window.from_s <= r.t_s && r.t_s < window.to_s) inside.push_back(r);
@@ -79,7 +80,7 @@ std::vector<Plot> plots(const Result& result) {
       for (const Component& component : components) {
         for (const std::string_view label : {"uncorrected", "song2015", "joint-ca"}) {
           const Flown* const flown = result.find(label);
-          if (flown != nullptr) all.push_back(residual_plot_of(*flown, windows()[w], radar, component));
+          if (flown != nullptr) all.push_back(residual_plot_of(*flown, w, radar, component));
         }
       }
     }

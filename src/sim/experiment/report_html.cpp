@@ -58,6 +58,8 @@ void write_section(std::ostream& out, const ExperimentResult& result) {
   out << "<section id=\"" << escaped(result.name) << "\">\n<h2>" << escaped(result.name) << ": "
       << escaped(result.title) << "</h2>\n<p>" << runs_text(result) << ".</p>\n";
   write_figures(out, result);
+  if (!result.plots.empty())
+    out << "<p>Curves are drawn in the legend's order: one that is not seen is covered by a later one.</p>\n";
   for (auto first = result.plots.begin(); first != result.plots.end();) {
     const auto is_beside = [first](const Plot& plot) { return !plot.row.empty() && plot.row == first->row; };
     const auto last = std::find_if_not(std::next(first), result.plots.end(), is_beside);

@@ -30,7 +30,8 @@ struct Residual {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< of the same, from the track's covariance and the plot's noise
 };
 
-/// At most 600 of the residuals, evenly taken, and +-2 sigma. `row`: as Plot has it.
+/// At most 600 of the residuals, evenly taken, and +-2 sigma; those that are far outside are drawn on the edge. `row`:
+/// as Plot has it.
 [[nodiscard]] Plot residual_plot(std::string title, std::string row, const std::vector<Residual>& residuals,
                                  const Component& component);
 

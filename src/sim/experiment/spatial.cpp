@@ -249,19 +249,24 @@ Plot scenario_plot(const Trace& trace) {
   return plot;
 }
 
-/// Figure 7: bearings of both sensors, and what the tracks make of them.
+/// Figure 7: bearings of both sensors, and what the tracks make of them; less the true bearing, for all of them would
+/// lie on one line.
 Plot bearing_plot(const Trace& trace) {
-  std::vector<double> t;
-  for (int k = 1; k <= scans; ++k) t.push_back(T * k);
   Plot plot{.title = "Bearings at both sensors and tracks, " + sigma_text(1) + " (paper: figure 7; first run)",
             .x_label = "time, s",
-            .y_label = "bearing, deg"};
-  plot.curves = {{.label = "measured by the reference", .x = t, .y = trace.measured_reference, .points = true},
-                 {.label = "measured by the auxiliary", .x = t, .y = trace.measured_other, .points = true},
-                 {.label = "reference track", .x = t, .y = trace.reference},
-                 {.label = "map, compensated", .x = t, .y = trace.fused},
-                 {.label = "true at the reference", .x = t, .y = trace.at_reference, .dashed = true},
-                 {.label = "true at the auxiliary", .x = t, .y = trace.at_other, .dashed = true}};
+            .y_label = "bearing - true at the reference, deg"};
+  const auto add = [&](const char* label, const std::vector<double>& bearing, bool points, bool dashed) {
+    Curve& curve = plot.curves.emplace_back(Curve{.label = label, .dashed = dashed, .points = points});
+    for (std::size_t k = 0; k < bearing.size(); ++k) {
+      curve.x.push_back(T * static_cast<double>(k + 1));
+      curve.y.push_back(bearing[k] - trace.at_reference[k]);
+    }
+  };
+  add("measured by the reference", trace.measured_reference, true, false);
+  add("measured by the auxiliary", trace.measured_other, true, false);
+  add("reference track", trace.reference, false, false);
+  add("map, compensated", trace.fused, false, false);
+  add("true at the auxiliary", trace.at_other, false, true);
   return plot;
 }
 

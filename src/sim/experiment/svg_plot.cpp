@@ -92,9 +92,9 @@ std::vector<Tick> log_ticks(const Axis& axis) {
   return ticks;
 }
 
-/// Of all values that can be shown, with some air around them.
+/// Of all values that can be shown, magnitudes up to `most`, with some air around them.
 Axis axis_of(std::span<const Plot> row, std::vector<double> Curve::*values, bool log, double pixel_low,
-             double pixel_high, double air) {
+             double pixel_high, double air, double most) {
   Axis axis{.low = std::numeric_limits<double>::infinity(),
             .high = -std::numeric_limits<double>::infinity(),
             .log = log,
@@ -102,8 +102,9 @@ Axis axis_of(std::span<const Plot> row, std::vector<double> Curve::*values, bool
             .pixel_high = pixel_high};
   for (const Plot& plot : row) {
     for (const Curve& curve : plot.curves) {
-      for (const double value : curve.*values) {
-        if (!axis.shows(value)) continue;
+      for (const double of_curve : curve.*values) {
+        if (!axis.shows(of_curve)) continue;
+        const double value = std::clamp(of_curve, -most, most);
         axis.low = std::min(axis.low, log ? std::log10(value) : value);
         axis.high = std::max(axis.high, log ? std::log10(value) : value);
       }
@@ -168,13 +169,16 @@ std::string path_data(const Curve& curve, const Axis& x, const Axis& y) {
   const std::size_t count = std::min(curve.x.size(), curve.y.size());
   for (std::size_t i = 0; i < count; ++i) {
     if (x.shows(curve.x[i]) && y.shows(curve.y[i]))
-      line.push_back({x.pixel(curve.x[i]), y.pixel(curve.y[i])});
+      line.push_back({x.pixel(curve.x[i]), std::clamp(y.pixel(curve.y[i]), y.pixel_high, y.pixel_low)});
     else
       end_line();
   }
   end_line();
   return data;
 }
+
+/// A sensor in a scenario, a nominal point: to be seen, not counted.
+bool is_mark(const Curve& curve) { return curve.points && curve.x.size() <= 3; }
 
 /// Solid curves take the next colour, dashed ones the ink and the next pattern of dashes.
 std::vector<std::string> classes_of(const Plot& plot) {
@@ -187,7 +191,8 @@ std::vector<std::string> classes_of(const Plot& plot) {
     } else if (curve.dashed) {
       classes.push_back("dash dash-" + std::to_string(dash++ % dash_patterns));
     } else {
-      classes.push_back((curve.points ? "dots series-" : "line series-") + std::to_string(colour++ % colours));
+      const char* const kind = is_mark(curve) ? "mark" : curve.points ? "dots" : "line";
+      classes.push_back(std::string(kind) + " series-" + std::to_string(colour++ % colours));
     }
   }
   return classes;
@@ -218,7 +223,10 @@ void write_legend(std::ostream& out, const Plot& plot, const std::vector<std::st
   out << "<ul class=\"legend\">";
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     if (plot.curves[i].label.empty()) continue;
-    const std::string_view sample = plot.curves[i].points ? "M6 6h.01M14 6h.01M22 6h.01" : "M2 6H26";
+    const Curve& curve = plot.curves[i];
+    const std::string_view sample = is_mark(curve) ? "M14 6h.01"
+                                    : curve.points ? "M6 6h.01M14 6h.01M22 6h.01"
+                                                   : "M2 6H26";
     out << "<li><svg viewBox=\"0 0 28 12\" width=\"28\" height=\"12\" aria-hidden=\"true\"><path class=\"" << classes[i]
         << "\" d=\"" << sample << "\"/></svg>" << escaped(plot.curves[i].label) << "</li>";
   }
@@ -276,6 +284,7 @@ figure text { fill: var(--ink); font: 12px system-ui, sans-serif; }
 .ticks { font-variant-numeric: tabular-nums; }
 .line { stroke-width: 1.8; }
 .dots { stroke-width: 3.4; stroke-opacity: .7; }
+.mark { stroke-width: 9; }
 .dash { stroke: var(--ink); stroke-width: 1.6; }
 figure path.dash { stroke-linecap: butt; }
 .dash-0 { stroke-dasharray: 6 4; } .dash-1 { stroke-dasharray: 2 3; }
@@ -293,8 +302,14 @@ std::string svg_figures(std::span<const Plot> row) {
   const bool alone = row.size() == 1;
   const Canvas canvas =
       alone ? Canvas{} : Canvas{std::max(least_width, page_width / static_cast<double>(row.size())), height_in_row};
-  const Axis x = axis_of(row, &Curve::x, false, left, canvas.width - right, 0);
-  const Axis y = axis_of(row, &Curve::y, row.front().log_y, canvas.height - bottom, top, 0.05);
+  double y_most = 0;
+  for (const Plot& plot : row) y_most = std::max(y_most, plot.y_most);
+  constexpr double no_limit = std::numeric_limits<double>::infinity();
+  bool has_marks = false;
+  for (const Plot& plot : row) has_marks = has_marks || std::ranges::any_of(plot.curves, is_mark);
+  const double x_air = has_marks ? 0.03 : 0;  // a mark at the edge would be cut
+  const Axis x = axis_of(row, &Curve::x, false, left, canvas.width - right, x_air, no_limit);
+  const Axis y = axis_of(row, &Curve::y, row.front().log_y, canvas.height - bottom, top, 0.05, y_most);
   std::ostringstream out;
   out.precision(5);
   if (!alone) out << "<div class=\"row\">\n";
