@@ -164,7 +164,7 @@ std::string reasons(const SourceScore& source) {
 void source_table(std::ostringstream& out, const Summary& summary) {
   out << "\nMessages of each source in the whole flight, and how they fit what " << summary.method.view()
       << " assumes of it\n\n"
-      << left("", label_width) << right("accepted", 10) << right("rejected", 10) << right("of outliers", 15)
+      << left("", label_width) << right("accepted", 10) << right("rejected", 10) << right("of outliers*", 15)
       << right("NIS in 95 %", 13) << right("worst", 9) << right("mismatch", 11) << '\n';
   for (const SourceScore& row : summary.sources) {
     const std::string outliers = std::to_string(row.outliers_rejected) + " of " + std::to_string(row.outliers);
@@ -219,7 +219,7 @@ double sigma_of(const SensorBias& bias, int i) {
 void bias_table(std::ostringstream& out, const Summary& summary) {
   if (summary.biases.empty()) return;
   out << "\nBiases at the end by " << summary.method.view() << " (measured = true + bias)\n\n"
-      << left("", label_width) << left("term", 18) << right("value", 12) << right("1-sigma", 12) << "       state\n";
+      << left("", label_width) << left("term", 18) << right("value", 12) << right("1-sigma", 12) << "       state*\n";
   for (const SensorBias& bias : summary.biases) {
     for (int i = 0; i < bias.terms; ++i) {
       const auto k = static_cast<std::size_t>(i);
