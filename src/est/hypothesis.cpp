@@ -146,7 +146,12 @@ PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const Motio
                                  const RadarBlock& block, const Polar& plot) {
   Vec<9> motion = h.x.segment<9>(motion_at);
   motion.tail<3>() = acceleration(model, motion);
-  const PredictedPlot predicted = predict_plot(radar, motion, block.bias(h.x));
+  return linearise_plot(motion, motion_at, h.x, radar, block, plot);
+}
+
+PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x, const RadarModel& radar,
+                                 const RadarBlock& block, const Polar& plot) {
+  const PredictedPlot predicted = predict_plot(radar, motion, block.bias(x));
   PlotLinearisation l;
   l.nu = plot_residual(plot, predicted.q);
   l.H.motion_at = motion_at;

@@ -64,6 +64,21 @@ Gaussian<9> predict(const MotionModel& model, const Gaussian<9>& x, double dt) {
   return y;
 }
 
+Bridge bridge(const MotionModel& model, double since_before, double until_after) {
+  const auto transition = [](double dt) {
+    Mat<3, 3> F;
+    F << 1, dt, dt * dt / 2, 0, 1, dt, 0, 0, 1;
+    return F;
+  };
+  const Mat<3, 3> F = transition(until_after);
+  const Mat<3, 3> Q = process_noise(model, since_before);
+  const Mat<3, 3> S = F * Q * F.transpose() + process_noise(model, until_after);
+  const Mat<3, 3> K = S.llt().solve(F * Q).transpose();
+  const Mat<3, 3> ImKF = Mat<3, 3>::Identity() - K * F;
+  const Mat<3, 3> P = ImKF * Q;
+  return {.from = ImKF * transition(since_before), .to = K, .noise = (P + P.transpose()) / 2};
+}
+
 Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt) {
   return imm::switching_over<ModelSet::max_models>(set.rates, dt);
 }

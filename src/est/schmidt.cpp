@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <downrange/est/schmidt.hpp>
 #include <limits>
@@ -7,60 +8,12 @@
 #include <string>
 #include <utility>
 
+#include "consider.hpp"
+
 namespace downrange {
 namespace {
 
 constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
-
-/// A fix corrects what stands from `at` on; what stands before is considered: it keeps mean and covariance, and what it
-/// has in common with the rest shrinks with it.
-template <int M>
-void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
-  const Eigen::Index corrected = h.x.size() - at;
-  const auto W = e.W.bottomRows(corrected);
-  const auto considered = e.W.topRows(at);
-  h.x.tail(corrected) += W.lazyProduct(e.whitened);
-  subtract_product(h.P.bottomRightCorner(corrected, corrected), W, W);
-  subtract_product(h.P.topRightCorner(at, corrected), considered, W);
-  h.P.bottomLeftCorner(corrected, at) = h.P.topRightCorner(at, corrected).transpose();
-}
-
-/// One plot of noise R, compared with the fused track (`f`, Jacobian H_f) and with the GPS track (`g`): the former
-/// corrects the fused track A where `follows`, the latter the biases B where `learns`, and the GPS track G between them
-/// keeps what it is. With K = [W_fA L_f^-1; 0; W_gB L_g^-1] in (I - K H) P (I - K H)' + K R K':
-///
-///   P_AA - W_fA W_fA'    P_GA - W_fG W_fA'    P_BB - W_gB W_gB'    P_BG - W_gB W_gG'
-///   P_BA - W_fB W_fA' - W_gB W_gA' + W_gB C' W_fA',  C = L_f^-1 (H_f P H_g' + R) L_g^-T
-void take_both(Hypothesis& h, const Evidence<3>& f, const BlockJacobian<3>& H_f, bool follows, const Evidence<3>& g,
-               bool learns, const Mat<3, 3>& R) {
-  constexpr int a = Schmidt::fused_at;
-  constexpr int gps = Schmidt::gps_at;
-  constexpr int b = Schmidt::first_radar_at;
-  const Eigen::Index biases = h.x.size() - b;
-  const Mat<9, 3> W_fA = f.W.middleRows<9>(a);
-  auto P_BA = h.P.block(b, a, biases, 9);
-  if (follows) {
-    h.x.segment<9>(a) += W_fA * f.whitened;
-    subtract_product(h.P.block<9, 9>(a, a), W_fA, W_fA);
-    subtract_product(h.P.block<12, 9>(gps, a), f.W.middleRows<12>(gps), W_fA);
-    subtract_product(P_BA, f.W.bottomRows(biases), W_fA);
-  }
-  if (learns) {
-    const auto W_gB = g.W.bottomRows(biases);
-    h.x.tail(biases) += W_gB.lazyProduct(g.whitened);
-    subtract_product(h.P.bottomRightCorner(biases, biases), W_gB, W_gB);
-    subtract_product(h.P.block(b, gps, biases, 12), W_gB, g.W.middleRows<12>(gps));
-    h.P.block(gps, b, 12, biases) = h.P.block(b, gps, biases, 12).transpose();
-    Mat<9, 3> of_A = g.W.middleRows<9>(a);
-    if (follows) {
-      const Mat<3, 3> R_L = g.L.triangularView<Eigen::Lower>().solve(R).transpose();  // R L_g^-T
-      const Mat<3, 3> C = f.L.triangularView<Eigen::Lower>().solve(observe(H_f, g.W) + R_L);
-      of_A -= W_fA * C;
-    }
-    subtract_product(P_BA, W_gB, of_A);
-  }
-  h.P.block(a, gps, 9, h.x.size() - gps) = h.P.block(gps, a, h.x.size() - gps, 9).transpose();
-}
 
 }  // namespace
 
@@ -68,12 +21,15 @@ Schmidt::Schmidt(MethodSettings settings)
     : settings_(std::move(settings)),
       models_(model_set(settings_)),
       gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
-      layout_(bias_layout(settings_.radars, first_radar_at)),
-      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
+      knots_(settings_.gps_alignment.smooth ? settings_.gps_alignment.fixes + 1 : 0),
+      first_radar_(knots_at + 9 * knots_),
+      layout_(bias_layout(settings_.radars, first_radar_)),
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_)),
       gate3_(chi2_quantile(settings_.gate_probability, 3)),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
-  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
-      first_radar_at + layout_without_gps_.size > max_states)
+  assert(knots_ <= max_knots);
+  if (settings_.radars.size() > max_radars || first_radar_ + layout_.size > max_states ||
+      first_radar_ + layout_without_gps_.size > max_states)
     throw std::invalid_argument("method schmidt takes at most " + std::to_string(max_radars) + " radars");
 }
 
@@ -83,6 +39,7 @@ Schmidt::State Schmidt::initial() const {
   for (Target& target : s.targets) {
     target.contributed.fill(never);
     target.radars.resize(settings_.radars.size());
+    if (knots_ > 0) target.held.reserve(max_held);
   }
   s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
   return s;
@@ -96,7 +53,7 @@ void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
   t.bank.probability = models_.initial_probability;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    h.x.setZero(first_radar_at + layout(t).size);
+    h.x.setZero(first_radar_ + layout(t).size);
     h.P.setZero(h.x.size(), h.x.size());
     for (const RadarBlock& block : layout(t).radars) reset_bias(h, block, settings_.no_gps);
   }
@@ -107,6 +64,7 @@ void Schmidt::leave_regime(Target& t) const {
   const Vec<12> gps = t.bank.mode[0].x.segment<12>(gps_at);
   const Mat<12, 12> P_gps = t.bank.mode[0].P.block<12, 12>(gps_at, gps_at);
   size_state(t, t.epoch, false);
+  forget_knots(t);
   if (t.fused_started) set_motion(t.bank, models_, fused_at, motion);
   const auto newest = static_cast<std::size_t>(std::ranges::max_element(t.contributed) - t.contributed.begin());
   for (int i = 0; i < t.bank.count; ++i) {
@@ -138,12 +96,28 @@ void Schmidt::start_gps(Target& t, const Measurement& m) const {
   t.gps_confirmed = false;
   t.gps_epoch = m.epoch;
   t.fixes_rejected_in_row = 0;
+  forget_knots(t);
   const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
   const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     reset_block(h, gps_at, motion.mean, motion.cov);
     reset_block(h, gps_error_at, Vec<3>::Zero(), variance * Mat<3, 3>::Identity());
+  }
+  add_knot(t);
+}
+
+void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const {
+  Radar& radar = t.radars[static_cast<std::size_t>(source)];
+  if (learnt) {
+    radar.updated = epoch;
+    radar.rejected_in_row = 0;
+    ++radar.samples;
+  } else if (++radar.rejected_in_row >= settings_.reopen_after) {
+    radar.rejected_in_row = 0;
+    for (int i = 0; i < t.bank.count; ++i)
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)],
+                 settings_.no_gps);
   }
 }
 
@@ -240,6 +214,8 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
     t.gps_confirmed = true;
     t.gps_epoch = m.epoch;
     t.fixes_rejected_in_row = 0;
+    add_knot(t);
+    if (knots_ > 0) release_held(t);
   } else if (!t.gps_confirmed || ++t.fixes_rejected_in_row >= gps_restart_after) {
     start_gps(t, m);  // a receiver that insists is right, and a track that nothing has confirmed gives way at once
     outcome.verdict = Verdict::Accepted;
@@ -300,7 +276,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
                         .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
                         .dof = 3};
   // GPS track and biases are the same in all modes: one judges for all.
-  const bool referenced = has_reference(t, m.epoch);
+  const bool referenced = knots_ == 0 && has_reference(t, m.epoch);
   const auto count = static_cast<std::size_t>(t.bank.count);
   std::array<Evidence<3>, ModelSet::max_models> of_gps;
   if (referenced) {
@@ -310,18 +286,17 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const bool learns = referenced && of_gps[0].nis <= gate3_ &&
                       std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
   const bool follows = outcome.verdict == Verdict::Accepted;
-  for (std::size_t k = 0; k < count; ++k)
-    take_both(t.bank.mode[k], of_fused[k], by_fused[k].H, follows, of_gps[k], learns, R);
-  Radar& known = t.radars[source];
-  if (learns) {
-    known.updated = m.epoch;
-    known.rejected_in_row = 0;
-    ++known.samples;
-  } else if (referenced && ++known.rejected_in_row >= settings_.reopen_after) {
-    known.rejected_in_row = 0;
-    for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], block, settings_.no_gps);
+  for (std::size_t k = 0; k < count; ++k) {
+    Mat<9, 3> of_A;
+    if (learns) of_A = of_gps[k].W.middleRows<9>(fused_at);
+    if (learns && follows)
+      of_A -= of_fused[k].W.middleRows<9>(fused_at) * in_common(of_fused[k], by_fused[k].H, of_gps[k], R);
+    if (follows) follow(t.bank.mode[k], first_radar_, of_fused[k]);
+    if (learns) learn(t.bank.mode[k], first_radar_, of_gps[k], of_A);
   }
+  if (referenced) note_learnt(t, m.source, m.epoch, learns);
+  if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
+    t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
   if (outcome.verdict != Verdict::Accepted) return outcome;
   reweigh(t.bank, log_likelihoods);
   const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
@@ -375,7 +350,10 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   b.epoch = known.epoch;
   b.samples = known.samples;
   b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
-  const bool frozen = known.samples > 0 && known.epoch - known.updated > settings_.gps_max_age;
+  // A plot that waits for fixes has not lost its reference.
+  const bool referenced =
+      knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps_max_age;
+  const bool frozen = known.samples > 0 && !referenced;
   b.state = bias_states(b, block.prior_sigma(), frozen);
   return b;
 }

@@ -12,6 +12,7 @@ namespace {
 struct Case {
   const char* method;
   Kinematics kinematics;
+  bool smooth = false;
 };
 
 class AllocationCount : public testing::Test {
@@ -29,6 +30,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Allocation,
                          testing::Values(Case{"joint", Kinematics::Cv}, Case{"joint", Kinematics::Ca},
                                          Case{"joint", Kinematics::Launch}, Case{"joint", Kinematics::Vdie},
                                          Case{"schmidt", Kinematics::Ca}, Case{"schmidt", Kinematics::Launch},
+                                         Case{"schmidt", Kinematics::Ca, true}, Case{"song2015", Kinematics::Cv, true},
                                          Case{"ts", Kinematics::Ca}, Case{"song2015", Kinematics::Cv},
                                          Case{"information", Kinematics::Cv}, Case{"federated", Kinematics::Cv},
                                          Case{"map", Kinematics::Cv}, Case{"bar-shalom-campo", Kinematics::Cv},
@@ -48,6 +50,7 @@ TEST_F(AllocationCount, IsCounted) {
 TEST_P(Allocation, NoneInTheSteadyState) {
   test::Flight f = test::draw_flight(3, 90, true);
   f.settings.kinematics = GetParam().kinematics;
+  f.settings.gps_alignment.smooth = GetParam().smooth;
   std::vector<std::pair<Time, const Measurement*>> arrival;
   for (std::size_t i = 0; i < f.measurements.size(); ++i) {
     const Measurement& m = f.measurements[i];

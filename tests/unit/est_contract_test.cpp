@@ -30,6 +30,7 @@ std::vector<Contestant> contestants() {
           {"joint_vdie", "joint", Kinematics::Vdie},
           {"schmidt_ca", "schmidt", Kinematics::Ca},
           {"schmidt_launch", "schmidt"},
+          {"schmidt_smooth", "schmidt", Kinematics::Launch, true},
           {"ts", "ts"},
           {"song2015", "song2015"},
           {"song2015_smooth", "song2015", Kinematics::Launch, true},

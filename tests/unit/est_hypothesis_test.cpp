@@ -77,6 +77,28 @@ TEST(Hypothesis, MotionIsPredictedByFPFAndQ) {
   }
 }
 
+/// x(after) = F2 x + w2, x = F1 x(before) + w1: the bridge's error is what of w1 cannot be told from x(after).
+TEST(Kinematics, ABridgeIsTheConditionalMotion) {
+  const auto F = [](double dt) {
+    Mat<3, 3> transition;
+    transition << 1, dt, dt * dt / 2, 0, 1, dt, 0, 0, 1;
+    return transition;
+  };
+  const MotionModel jerk{.noise = MotionModel::Noise::WhiteJerk, .q = 7, .gravity_aware = false};
+  for (const double first : {0.0, 0.013, 0.5, 0.99, 1.0}) {
+    const double second = 1 - first;
+    const Bridge b = bridge(jerk, first, second);
+    const Mat<3, 3> Q1 = process_noise(jerk, first);
+    const Mat<3, 3> S = F(second) * Q1 * F(second).transpose() + process_noise(jerk, second);
+    // Unbiased, uncorrelated with x(after), and of the covariance that is left.
+    EXPECT_LT((b.from + b.to * F(second) * F(first) - F(first)).norm(), 1e-9);
+    EXPECT_LT((Q1 * F(second).transpose() - b.to * S).norm(), 1e-9 * S.norm());
+    EXPECT_LT((b.noise - (Q1 - b.to * S * b.to.transpose())).norm(), 1e-9 * S.norm());
+  }
+  EXPECT_LT((bridge(jerk, 0, 1).from - Mat<3, 3>::Identity()).norm(), 1e-9);
+  EXPECT_LT((bridge(jerk, 1, 0).to - Mat<3, 3>::Identity()).norm(), 1e-6);
+}
+
 TEST(Hypothesis, GaussMarkovStatesKeepTheirStationaryVariance) {
   constexpr int n = 12;
   constexpr double sigma = 3;

@@ -104,11 +104,24 @@ template <int M, class Matrix>
   return HX;
 }
 
+/// The rest of the evidence, from nu, S and, in W, P H'.
+template <int M>
+void factorise(Evidence<M>& e) {
+  const Eigen::LLT<Mat<M, M>> llt(e.S);
+  if (llt.info() != Eigen::Success) return;
+  e.singular = false;
+  e.L = llt.matrixL();
+  e.whitened = llt.matrixL().solve(e.nu);
+  e.nis = e.whitened.squaredNorm();
+  e.log_likelihood = -e.nis / 2 - std::log(e.L.diagonal().prod());
+  divide_by_transposed<Columns<M>, M>(e.W, e.L);
+}
+
 template <int M>
 [[nodiscard]] Evidence<M> weigh(const Hypothesis& h, const BlockJacobian<M>& H, const Vec<M>& nu, const Mat<M, M>& R) {
   Evidence<M> e;
   e.nu = nu;
-  e.W.resize(h.x.size(), M);  // P H' at first
+  e.W.resize(h.x.size(), M);
   if (H.motion_size == 9) {
     e.W = h.P.middleCols<9>(H.motion_at).lazyProduct(H.of_motion.template leftCols<9>().transpose());
   } else {
@@ -117,14 +130,7 @@ template <int M>
   if (H.radar_size > 0)
     e.W += h.P.middleCols(H.radar_at, H.radar_size).lazyProduct(H.of_radar.leftCols(H.radar_size).transpose());
   e.S = observe(H, e.W) + R;
-  const Eigen::LLT<Mat<M, M>> llt(e.S);
-  if (llt.info() != Eigen::Success) return e;
-  e.singular = false;
-  e.L = llt.matrixL();
-  e.whitened = llt.matrixL().solve(nu);
-  e.nis = e.whitened.squaredNorm();
-  e.log_likelihood = -e.nis / 2 - std::log(e.L.diagonal().prod());
-  divide_by_transposed<Columns<M>, M>(e.W, e.L);
+  factorise(e);
   return e;
 }
 
@@ -170,6 +176,9 @@ struct PlotLinearisation {
   BlockJacobian<3> H;
   Vec<3> nu;
 };
+/// For the motion given (position, velocity, acceleration), which stands at `motion_at`, and the bias in `x`.
+[[nodiscard]] PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x,
+                                               const RadarModel& radar, const RadarBlock& block, const Polar& plot);
 [[nodiscard]] PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model,
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
 

@@ -29,6 +29,16 @@ struct MotionModel {
 /// Mean and covariance after dt seconds (either sign).
 [[nodiscard]] Gaussian<9> predict(const MotionModel& model, const Gaussian<9>& x, double dt);
 
+/// A motion between two instants at which it is known: x(t) = from x(before) + to x(after) + noise, as coefficients of
+/// 3 x 3 identity blocks. Of a model that is not gravity-aware, with white jerk.
+struct Bridge {
+  Mat<3, 3> from;
+  Mat<3, 3> to;
+  Mat<3, 3> noise;  ///< covariance
+};
+/// `since_before`, `until_after` >= 0 s, their sum > 0.
+[[nodiscard]] Bridge bridge(const MotionModel& model, double since_before, double until_after);
+
 /// Acceleration relative to the rotating Earth, m/s^2.
 [[nodiscard]] Vec<3> acceleration(const MotionModel& model, const Vec<9>& x);
 

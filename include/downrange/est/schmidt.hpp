@@ -15,7 +15,9 @@ namespace downrange {
 ///  0-8    motion of the fused track: radars only
 ///  9-17   motion of the GPS track: fixes only, constant acceleration
 ///  18-20  slowly varying GPS error (first-order Gauss-Markov)
-///  21-    per radar the terms of its BiasModel
+///  21-    where GPS is smoothed by L later fixes: motion of the GPS track at the last L + 1 fixes, oldest first, which
+///         every fix corrects through what they have in common
+///  then   per radar the terms of its BiasModel
 ///
 /// A plot corrects the biases by what it differs from the GPS track, whose error is *considered*: all plots between two
 /// fixes share it and do not count it as independent; a later fix corrects the biases through that covariance. The same
@@ -29,14 +31,22 @@ class Schmidt {
   static constexpr int fused_at = 0;
   static constexpr int gps_at = 9;
   static constexpr int gps_error_at = 18;
-  static constexpr int first_radar_at = 21;
+  static constexpr int knots_at = 21;
   static constexpr int max_radars = 64;
+  static constexpr int max_knots = 10;
+  static constexpr std::size_t max_held = 1024;
 
   struct Radar {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest plot that corrected the bias
     std::uint64_t samples = 0;
     int rejected_in_row = 0;  ///< by the bias
+  };
+  /// A plot that waits for the fixes after it.
+  struct Held {
+    Time epoch;
+    int source = 0;
+    Polar plot;
   };
   struct Target {
     bool has_state = false;    ///< the bank is sized and holds the biases
@@ -51,6 +61,9 @@ class Schmidt {
     Time gps_epoch;   ///< newest accepted fix
     std::array<Time, max_radars> contributed{};
     std::vector<Radar> radars;
+    std::array<Time, max_knots> knots{};  ///< one per fix smoothed, ascending; the last knot_count are known
+    int knot_count = 0;
+    std::vector<Held> held;  ///< ascending; a plot beyond max_held teaches nothing of the bias
     LastFix last_fix;
     double nis = 0;
     int nis_dof = 0;
@@ -78,6 +91,8 @@ class Schmidt {
     return state.accounts[static_cast<std::size_t>(source)];
   }
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
+  /// Where the biases begin in the state vector.
+  [[nodiscard]] int first_radar_at() const { return first_radar_; }
 
  private:
   [[nodiscard]] const BiasLayout& layout(const Target& target) const {
@@ -88,6 +103,13 @@ class Schmidt {
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
   void start_fused_by(Target& t, const Measurement& plot) const;
   void start_gps(Target& t, const Measurement& m) const;
+  [[nodiscard]] static int knot_at(int knot) { return knots_at + 9 * knot; }
+  static void forget_knots(Target& t);
+  void add_knot(Target& t) const;
+  void release_held(Target& t) const;
+  /// The bias by GPS between the two oldest knots.
+  void learn_between_knots(Target& t, const Held& plot) const;
+  void note_learnt(Target& t, int source, Time epoch, bool learnt) const;
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
   [[nodiscard]] bool has_reference(const Target& t, Time at) const;
@@ -100,6 +122,8 @@ class Schmidt {
   MethodSettings settings_;
   ModelSet models_;
   MotionModel gps_model_;
+  int knots_;
+  int first_radar_;
   BiasLayout layout_;
   BiasLayout layout_without_gps_;
   double gate3_;
