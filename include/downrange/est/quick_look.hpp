@@ -46,6 +46,8 @@ class RadarTracker {
 class QuickLook final : public Method {
  public:
   explicit QuickLook(MethodSettings settings);
+  QuickLook(const QuickLook&) = delete;  // its tracks refer to its radars
+  QuickLook& operator=(const QuickLook&) = delete;
 
   void start(int target, Time epoch, const Gaussian<9>& estimate) override;
   Outcome process(const Measurement& m, Time now) override;
@@ -61,7 +63,7 @@ class QuickLook final : public Method {
     return static_cast<std::size_t>(target) * settings_.radars.size() + radar;
   }
 
-  const MethodSettings settings_;
+  MethodSettings settings_;
   std::vector<Rewinder<RadarTracker>> tracks_;  ///< per target and radar
   std::vector<SourceAccount> accounts_;
 };
