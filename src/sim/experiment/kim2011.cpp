@@ -29,7 +29,7 @@ struct Drawn {
   Trace (*run)(const Draw&);
 };
 constexpr std::array<Drawn, series_count> all_series{{
-    {Pm, "pm", "pm, pm-scaled", false, [](const Draw& d) { return run_pm(d, Start::BiasFree, 1); }},
+    {Pm, "pm", "pm", false, [](const Draw& d) { return run_pm(d, Start::BiasFree, 1); }},
     {PmScaled, "pm-scaled", "pm-scaled", false,
      [](const Draw& d) { return run_pm(d, Start::BiasFree, honest_pseudo_noise); }},
     {Exx, "exx", "exx", false, run_exx},

@@ -27,11 +27,11 @@ Plot against_time(const Result& result, std::string title, std::string y_label, 
 }
 
 Plot ripple_plot(const Result& result, std::size_t window) {
-  Plot plot{"Bias left by time since the last fix, " + windows()[window].name + " window, both radars",
-            "time since the last GPS fix, s",
-            "rms of bias left, m",
-            true,
-            {}};
+  Plot plot{.title = "Bias left by time since the last fix, " + windows()[window].name + ", both radars",
+            .x_label = "time since the last GPS fix, s",
+            .y_label = "rms of bias left, m",
+            .log_y = true,
+            .row = "ripple"};
   const auto curve_of = [window](std::string label, const Score& score, bool dashed) {
     Curve curve{.label = std::move(label), .dashed = dashed};
     for (std::size_t i = 0; i < ripple_bins; ++i) {
@@ -55,10 +55,10 @@ Plot residual_plot_of(const Flown& flown, std::size_t w, std::size_t radar, cons
   for (const PlotResidual& r : flown.residuals) {
     if (r.radar == static_cast<int>(radar) && window.from_s <= r.t_s && r.t_s < window.to_s) inside.push_back(r);
   }
-  const std::string name(radar_names[radar]);
-  return residual_plot(
-      std::string(component.name) + " residual of " + name + ", " + window.name + " window, " + flown.contestant.label,
-      window.name + ' ' + name + ' ' + std::string(component.name), inside, component);
+  const std::string of =
+      std::string(component.name) + " residual of " + std::string(radar_names[radar]) + ", " + window.name;
+  return residual_plot(of + ", " + flown.contestant.label + (w == 0 ? " (paper: figure 5)" : " (paper: figure 6)"), of,
+                       inside, component);
 }
 
 }  // namespace

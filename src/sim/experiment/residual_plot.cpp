@@ -24,7 +24,7 @@ double y_most(const Curve& residual, const Curve& upper) {
 Plot residual_plot(std::string title, std::string row, const std::vector<Residual>& residuals,
                    const Component& component) {
   constexpr std::size_t points_shown = 600;
-  Curve residual{.label = "residual", .points = true};
+  Curve residual{.label = "residual (far ones on the edge)", .points = true};
   Curve upper{.label = "+-2 sigma promised", .dashed = true};
   Curve lower{.dashed = true};
   const std::size_t every = residuals.size() / points_shown + 1;

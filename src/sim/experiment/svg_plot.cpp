@@ -274,7 +274,7 @@ std::string escaped(std::string_view text) {
 std::string_view plot_style() {
   return R"(figure { margin: 1.5rem 0; break-inside: avoid; }
 figcaption { font-weight: 600; margin-bottom: .3rem; }
-.row { display: grid; grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)); gap: 0 1rem; }
+.row { display: grid; grid-template-columns: repeat(auto-fit, minmax(17rem, 1fr)); gap: 0 1rem; align-items: end; }
 .row figcaption { font-size: .9rem; }
 figure > svg { width: 100%; height: auto; max-width: 60rem; display: block; }
 figure path { fill: none; stroke-linejoin: round; stroke-linecap: round; }
