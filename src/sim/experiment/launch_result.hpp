@@ -11,7 +11,7 @@ namespace downrange::sim::launch {
 
 struct Flown {
   Contestant contestant;
-  Score score;                      ///< over all runs
+  Score score;                          ///< over all runs
   std::vector<PlotResidual> residuals;  ///< of the first run
 };
 
