@@ -290,7 +290,7 @@ Section align_section() {
           integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 9}, optional,
                   "later fixes that a smoothed plot waits for"),
           flag("no_gps", at(&A::no_gps, &NoGpsRegime::enabled), optional,
-               "until a target's first fix: smaller biases, wandering pointing (joint, ts)"),
+               "until a target's first fix: smaller biases, wandering pointing (joint, schmidt, ts)"),
           number("no_gps_offset_prior_m", at(&A::no_gps, &NoGpsRegime::offset_prior_m), {1e-3, 1e5}, optional,
                  "what an offset of range may be in that regime, 1-sigma"),
           number("no_gps_angle_prior_deg", at(&A::no_gps, &NoGpsRegime::angle_prior_rad), {1e-6, 20}, optional,

@@ -78,6 +78,11 @@ void MismatchAlarm::add(double nis, int dof) {
   next_ = (next_ + 1) % window_;
 }
 
+bool MismatchAlarm::rings() const {
+  if (filled_ == window_) return share() < threshold;
+  return filled_ >= least_early && bm::cdf(bm::binomial(filled_, 0.95), inside_) < early_false_alarm;
+}
+
 double MismatchAlarm::false_alarm_rate() const {
   const double least = std::ceil(threshold * window_);  // the fewest inside that do not ring
   return least > 0 ? bm::cdf(bm::binomial(window_, 0.95), least - 1) : 0;

@@ -105,11 +105,24 @@ TEST(Bands, ARightFilterStaysInsideAWrongOneDoesNot) {
   }
 }
 
-TEST(MismatchAlarm, WaitsForAFullWindowAndForgets) {
-  MismatchAlarm alarm(100);
-  for (int i = 0; i < 99; ++i) alarm.add(100, 3);
-  EXPECT_FALSE(alarm.rings());
+TEST(MismatchAlarm, BeforeTheWindowIsFullRingsWhereChanceDoesNot) {
+  MismatchAlarm alarm;
+  for (int i = 0; i < 49; ++i) alarm.add(100, 3);
+  EXPECT_FALSE(alarm.rings());  // too few to say anything
   alarm.add(100, 3);
+  EXPECT_TRUE(alarm.rings());
+
+  // P(at most 85 of 100 inside) is 1.4e-4 for a right filter, P(at most 84) is 3.7e-5: the binomial sum, term by term.
+  for (const int inside : {84, 85}) {
+    MismatchAlarm of_hundred;
+    for (int i = 0; i < 100; ++i) of_hundred.add(i < inside ? 1 : 100, 3);
+    EXPECT_EQ(of_hundred.rings(), inside == 84);
+  }
+}
+
+TEST(MismatchAlarm, Forgets) {
+  MismatchAlarm alarm(100);
+  for (int i = 0; i < 100; ++i) alarm.add(100, 3);
   EXPECT_TRUE(alarm.rings());
   for (int i = 0; i < 93; ++i) alarm.add(1, 3);
   EXPECT_FALSE(alarm.rings());  // 93 of 100: not below

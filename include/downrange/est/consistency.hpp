@@ -57,14 +57,17 @@ class MismatchAlarm {
  public:
   static constexpr int max_window = 1024;
   static constexpr double threshold = 0.93;
+  static constexpr int least_early = 50;
+  static constexpr double early_false_alarm = 1e-4;
 
   /// 1 <= window <= max_window; others are brought into it. Of a right filter, one full window rings falsely with
   /// `false_alarm_rate`: 0.0023 at the default.
   explicit MismatchAlarm(int window = 1000);
 
   void add(double nis, int dof);
-  /// After a full window only.
-  [[nodiscard]] bool rings() const { return filled_ == window_ && share() < threshold; }
+  /// Over a full window by the threshold. Before that, from `least_early` innovations on, where chance leaves a share
+  /// so low with less than `early_false_alarm`: GPS at 1 Hz would take a whole flight to fill the window.
+  [[nodiscard]] bool rings() const;
   [[nodiscard]] int window() const { return window_; }
   /// How many innovations the share is over: what there is of the window.
   [[nodiscard]] int innovations() const { return filled_; }

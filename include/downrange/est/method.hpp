@@ -118,7 +118,8 @@ struct GpsAlignment {
   int fixes = 1;
 };
 
-/// How method joint works until a target's first fix: what a radar's bias may then be, and how its pointing wanders.
+/// How joint, schmidt and ts work until a target's first fix: what a radar's bias may then be, and how its pointing
+/// wanders.
 struct NoGpsRegime {
   bool enabled = true;
   double offset_prior_m = 25;

@@ -124,7 +124,7 @@ struct IngestConfig {
 struct AlignConfig {
   GpsErrorModel gps_error;                    ///< of joint and schmidt
   GpsAlignment gps_alignment;                 ///< of schmidt, song2015 and the track-level rules
-  NoGpsRegime no_gps;                         ///< of joint
+  NoGpsRegime no_gps;                         ///< of joint, schmidt and ts
   double offset_prior_m = 100;                ///< song2015, track-level rules: 1-sigma per SEZ axis
   double scale_prior = 3e-4;                  ///< likewise
   int window = 20;                            ///< samples of the paper's windowed process noise; 0: none, drift only
