@@ -179,7 +179,7 @@ void source_table(std::ostringstream& out, const Summary& summary) {
   out << "* of outliers: rejected of those planted; NIS in 95 %: share of normalised innovations in their 95 %\n"
       << "  region, 95 % when the model is right; worst: of a full window of " << MismatchAlarm().window()
       << "; mismatch: how long the\n  alarm rang, below " << number(100 * MismatchAlarm::threshold, 0, 0)
-      << " % in a full window\n";
+      << " % in a full window, at less before it was full\n";
 }
 
 /// How a term is shown: its unit, in the unit SI gives.
