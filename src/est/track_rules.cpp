@@ -22,7 +22,7 @@ void LocalTracks::predict(double dt, double q) {
 
 Update<6, 3> LocalTracks::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
   Gaussian<6>& x = local_[static_cast<std::size_t>(i)];
-  const auto u = kalman_update<6, 3>(x, z - H * x.mean, H, R, gate);
+  auto u = kalman_update<6, 3>(x, z - H * x.mean, H, R, gate);
   x = u.posterior;
   return u;
 }
@@ -37,7 +37,7 @@ void ConvexRule::fuse(std::uint64_t live) {
 
 Update<6, 3> InformationRule::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
   const Gaussian<6> predicted = local(i);
-  const auto u = LocalTracks::update(i, z, R, gate);
+  auto u = LocalTracks::update(i, z, R, gate);
   if (u.verdict != Verdict::Accepted) return u;
   const TrackReport<6> report{.predicted = predicted, .updated = u.posterior};
   fused_ = fuse_information<6>(fused_, std::span(&report, 1)).state;
@@ -58,7 +58,7 @@ void CorrelatedRule<Fusion>::predict(double dt, double q) {
 
 template <class Fusion>
 Update<6, 3> CorrelatedRule<Fusion>::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
-  const auto u = LocalTracks::update(i, z, R, gate);
+  auto u = LocalTracks::update(i, z, R, gate);
   if (u.verdict == Verdict::Accepted) fusion_.template updated<3>(i, u.K, H, R);
   return u;
 }

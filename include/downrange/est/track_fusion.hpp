@@ -397,14 +397,14 @@ class FederatedFilter {
   template <int M>
   Update<N, M> update(int i, const Vec<M>& innovation, const Mat<M, N>& H, const Mat<M, M>& R, double gate) {
     Gaussian<N>& x = local_[static_cast<std::size_t>(i)];
-    const auto u = kalman_update<N, M>(x, innovation, H, R, gate);
+    auto u = kalman_update<N, M>(x, innovation, H, R, gate);
     x = u.posterior;
     return u;
   }
 
   /// Fuses the local states and gives each its share of the result.
   FusedTrack<N> fuse() {
-    const auto fused = fused_now();
+    auto fused = fused_now();
     if (fused.verdict == Verdict::Accepted) fused_ = fused.state;
     share();
     return fused;
