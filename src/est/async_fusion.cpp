@@ -45,14 +45,17 @@ Gaussian<6> fuse_asynchronous(const Gaussian<6>& previous, double T, std::span<c
     R.block<3, 3>(3 * i, 3 * i) += m.R;
   }
 
-  const StateByStacked Cxy = x.cov * At + S;
-  const StackedSquare Cyy = At.transpose() * (x.cov * At) + AS + AS.transpose() + R;
+  const StateByStacked PAt = x.cov.lazyProduct(At);
+  const StateByStacked Cxy = PAt + S;
+  const StackedSquare Cyy = At.transpose().lazyProduct(PAt) + AS + AS.transpose() + R;
   const StateByStacked K = Cyy.llt().solve(Cxy.transpose()).transpose();
 
-  const Mat<6, 6> ImKA = Mat<6, 6>::Identity() - K * At.transpose();
-  const Mat<6, 6> cross = ImKA * S * K.transpose();
-  const Mat<6, 6> P = ImKA * x.cov * ImKA.transpose() + K * R * K.transpose() - cross - cross.transpose();
-  return {.mean = x.mean + K * nu, .cov = (P + P.transpose()) / 2};
+  const Mat<6, 6> ImKA = Mat<6, 6>::Identity() - K.lazyProduct(At.transpose());
+  const StateByStacked KR = K.lazyProduct(R);
+  const StateByStacked ImKA_S = ImKA.lazyProduct(S);
+  const Mat<6, 6> cross = ImKA_S.lazyProduct(K.transpose());
+  const Mat<6, 6> P = ImKA * x.cov * ImKA.transpose() + KR.lazyProduct(K.transpose()) - cross - cross.transpose();
+  return {.mean = x.mean + K.lazyProduct(nu), .cov = (P + P.transpose()) / 2};
 }
 
 }  // namespace downrange

@@ -7,8 +7,6 @@
 namespace downrange {
 namespace {
 
-const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
-
 double seconds_between(Time later, Time earlier) { return (later - earlier).seconds(); }
 
 }  // namespace
@@ -55,11 +53,13 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
     return {};
   }
   const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings().q_m2_s3);
-  const auto gate_check = kalman_update<6, 3>(predicted, z.z - H * predicted.mean, H, z.R, gate3_);
-  const Outcome outcome{.verdict = gate_check.verdict, .nis = gate_check.nis, .dof = 3};
+  const Vec<3> nu = z.z - predicted.mean.head<3>();
+  const Mat<3, 3> S = predicted.cov.topLeftCorner<3, 3>() + z.R;
+  const double nis = normalised_square<3>(nu, S);
+  const Outcome outcome{.verdict = nis <= gate3_ ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = 3};
   count(account, outcome);
   if (outcome.verdict == Verdict::Accepted) {
-    note_innovation(account, gate_check.innovation, gate_check.S, gate_check.nis);
+    note_innovation<3>(account, nu, S, nis);
     fuse_into(track, m, z);
     track.nis = outcome.nis;
     return outcome;

@@ -5,6 +5,7 @@
 #include <array>
 #include <downrange/est/joint.hpp>
 #include <downrange/est/schmidt.hpp>
+#include <downrange/est/song2015.hpp>
 #include <downrange/est/ts.hpp>
 #include <numbers>
 #include <random>
@@ -214,6 +215,38 @@ BENCHMARK(bare_schmidt<121>);
 /// Counterpart of ts with two radars: one target with the biases.
 BENCHMARK(bare_joint<30>)->Name("bare_ts<30>");
 
+/// Counterpart of song2015: GPS predicted to the plot, a bias filter of six states, and the plots of an interval of 0.1
+/// s (two of them, 50 ms apart) fused in one stacked update.
+void bare_song2015(benchmark::State& state) {
+  static Gaussian<6> bias;
+  static Gaussian<6> track;
+  static Gaussian<6> gps;
+  const Mat<3, 6> C = Mat<3, 6>::Random();
+  const Mat<6, 6> A = Mat<6, 6>::Random();
+  Mat<6, 6> F = Mat<6, 6>::Identity();
+  F.topRightCorner<3, 3>().diagonal().setConstant(0.05);
+  const auto update = [](Gaussian<6>& x, const auto& H, const auto& R) {
+    const auto PHt = (x.cov * H.transpose()).eval();
+    const auto S = (H * PHt + R).eval();
+    const auto K = S.llt().solve(PHt.transpose()).transpose().eval();
+    const Mat<6, 6> ImKH = Mat<6, 6>::Identity() - K * H;
+    x.mean += K.rowwise().sum();
+    x.cov = ImKH * x.cov * ImKH.transpose() + K * R * K.transpose();
+  };
+  for (auto _ : state) {
+    for (Gaussian<6>* x : {&gps, &track}) {
+      x->mean = F * x->mean;
+      x->cov = F * x->cov * F.transpose() + 0.1 * Mat<6, 6>::Identity();
+    }
+    update(bias, C, Mat<3, 3>(Mat<3, 3>::Identity() + gps.cov.topLeftCorner<3, 3>()));
+    update(track, A, Mat<6, 6>(Mat<6, 6>::Identity()));
+    gps.cov.setIdentity();
+    benchmark::DoNotOptimize(bias);
+    benchmark::DoNotOptimize(track);
+  }
+}
+BENCHMARK(bare_song2015);
+
 template <Kinematics kinematics>
 void joint(benchmark::State& state) {
   run<Joint>(state, settings_of(static_cast<int>(state.range(0)), 1, kinematics));
@@ -227,6 +260,16 @@ void schmidt(benchmark::State& state) {
   run<Schmidt>(state, settings_of(static_cast<int>(state.range(0)), 1, Kinematics::Ca));
 }
 BENCHMARK(schmidt)->Name("schmidt_ca/radars")->Arg(2)->Arg(5)->Arg(10);
+
+void song2015(benchmark::State& state) {
+  MethodSettings settings = settings_of(static_cast<int>(state.range(0)), 1, Kinematics::Cv);
+  const Song2015 core(settings, true);
+  Song2015::State x = core.initial();
+  Plots plots(settings);
+  for (int i = 0; i < 40; ++i) (void)core.apply(x, plots.next());
+  for (auto _ : state) benchmark::DoNotOptimize(core.apply(x, plots.next()));
+}
+BENCHMARK(song2015)->Name("song2015/radars")->Arg(2)->Arg(5)->Arg(10);
 
 /// Per update: constant where the cost of a scan is linear in the targets.
 void ts(benchmark::State& state) {
