@@ -49,10 +49,13 @@ CartesianAlign::State CartesianAlign::initial() const {
   s.radars.resize(settings_.radars.size());
   for (RadarBias& bias : s.radars) bias.estimate = prior_bias();
   s.gps.resize(static_cast<std::size_t>(settings_.targets));
-  if (settings_.gps_alignment.smooth) {
-    for (GpsTrack& gps : s.gps) gps.held.reserve(GpsTrack::max_held);
-  }
+  reserve(s);
   return s;
+}
+
+void CartesianAlign::reserve(State& state) const {
+  if (!settings_.gps_alignment.smooth) return;
+  for (GpsTrack& gps : state.gps) gps.held.reserve(GpsTrack::max_held);
 }
 
 Gaussian<6> CartesianAlign::prior_bias() const {

@@ -39,10 +39,15 @@ Schmidt::State Schmidt::initial() const {
   for (Target& target : s.targets) {
     target.contributed.fill(never);
     target.radars.resize(settings_.radars.size());
-    if (knots_ > 0) target.held.reserve(max_held);
   }
   s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  reserve(s);
   return s;
+}
+
+void Schmidt::reserve(State& state) const {
+  if (knots_ == 0) return;
+  for (Target& target : state.targets) target.held.reserve(max_held);
 }
 
 void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {

@@ -74,6 +74,8 @@ class CartesianAlign {
   CartesianAlign(MethodSettings settings, bool correct);
 
   [[nodiscard]] State initial() const;
+  /// Room for all plots that may wait for fixes (Rewinder).
+  void reserve(State& state) const;
   /// Into the target's GPS track, and the station's account.
   Outcome apply_fix(State& state, SourceAccount& account, const Measurement& m) const;
   /// Brings the bias of the plot's radar up to date and takes it out: position in ECEF, age 0, with what is not known

@@ -15,7 +15,8 @@ namespace downrange {
 /// `Core::State` is copyable (assigning one state to another of the same configuration does not allocate) and
 /// `Core::apply(State&, const Measurement&) const -> Outcome` advances it by one measurement, reading nothing else. A
 /// state that is large because it serves many targets says so by `Core::checkpoint_spacing()`: more entries between two
-/// checkpoints, so that keeping them costs each measurement the same.
+/// checkpoints, so that keeping them costs each measurement the same. `Core::reserve(State&)`, where it is, makes room
+/// in a copy for what its vectors may come to hold: a copied vector has no room to spare.
 template <class Core>
 class Rewinder {
  public:
@@ -66,7 +67,10 @@ class Rewinder {
 
   Outcome step(std::size_t index) {
     if (index - checkpoints_[checkpoint_count_ - 1].first >= spacing_) {
-      if (checkpoint_count_ == checkpoints_.size()) checkpoints_.push_back({.first = index, .state = state_});
+      if (checkpoint_count_ == checkpoints_.size()) {
+        checkpoints_.push_back({.first = index, .state = state_});
+        if constexpr (requires { core_.reserve(state_); }) core_.reserve(checkpoints_.back().state);
+      }
       checkpoints_[checkpoint_count_].first = index;
       checkpoints_[checkpoint_count_].state = state_;
       ++checkpoint_count_;

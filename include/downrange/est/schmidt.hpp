@@ -79,6 +79,8 @@ class Schmidt {
   explicit Schmidt(MethodSettings settings);
 
   [[nodiscard]] State initial() const;
+  /// Room for all plots that may wait for fixes (Rewinder).
+  void reserve(State& state) const;
   /// Gives the fused track its first estimate.
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
   Outcome apply(State& state, const Measurement& m) const;

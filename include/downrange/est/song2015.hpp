@@ -40,6 +40,7 @@ class Song2015 {
   Song2015(MethodSettings settings, bool correct);
 
   [[nodiscard]] State initial() const;
+  void reserve(State& state) const { align_.reserve(state.align); }
   Outcome apply(State& state, const Measurement& m) const;
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
 

@@ -42,6 +42,7 @@ class TrackLevel {
   explicit TrackLevel(MethodSettings settings);
 
   [[nodiscard]] State initial() const;
+  void reserve(State& state) const { align_.reserve(state.align); }
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
   Outcome apply(State& state, const Measurement& m) const;
 
