@@ -18,6 +18,15 @@ void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
   h.P.bottomLeftCorner(corrected, at) = h.P.topRightCorner(at, corrected).transpose();
 }
 
+/// A plot corrects all but the GPS track, which is considered.
+inline void take_beside_gps(Hypothesis& h, const Evidence<3>& f) {
+  const Vec<12> gps = h.x.segment<12>(Schmidt::gps_at);
+  const Mat<12, 12> P_gps = h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at);
+  take<3>(h, f);
+  h.x.segment<12>(Schmidt::gps_at) = gps;
+  h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at) = P_gps;
+}
+
 // A plot, compared with the fused track A (evidence f) and with GPS (evidence g), corrects by the one A and by the
 // other the biases B, while what is known of GPS, G, stands between them and keeps what it is. With K = [W_fA L_f^-1;
 // 0; W_gB L_g^-1] in (I - K H) P (I - K H)' + K R K':

@@ -70,6 +70,7 @@ void Schmidt::leave_regime(Target& t) const {
   const Mat<12, 12> P_gps = t.bank.mode[0].P.block<12, 12>(gps_at, gps_at);
   size_state(t, t.epoch, false);
   forget_knots(t);
+  for (Radar& radar : t.radars) radar.samples = 0;
   if (t.fused_started) set_motion(t.bank, models_, fused_at, motion);
   const auto newest = static_cast<std::size_t>(std::ranges::max_element(t.contributed) - t.contributed.begin());
   for (int i = 0; i < t.bank.count; ++i) {
@@ -281,7 +282,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
                         .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
                         .dof = 3};
   // GPS track and biases are the same in all modes: one judges for all.
-  const bool referenced = knots_ == 0 && has_reference(t, m.epoch);
+  const bool referenced = knots_ == 0 && has_reference(t, m.epoch);  // never in the regime without GPS
   const auto count = static_cast<std::size_t>(t.bank.count);
   std::array<Evidence<3>, ModelSet::max_models> of_gps;
   if (referenced) {
@@ -292,6 +293,10 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
                       std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
   const bool follows = outcome.verdict == Verdict::Accepted;
   for (std::size_t k = 0; k < count; ++k) {
+    if (t.without_gps) {
+      if (follows) take_beside_gps(t.bank.mode[k], of_fused[k]);
+      continue;
+    }
     Mat<9, 3> of_A;
     if (learns) of_A = of_gps[k].W.middleRows<9>(fused_at);
     if (learns && follows)
@@ -299,7 +304,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     if (follows) follow(t.bank.mode[k], first_radar_, of_fused[k]);
     if (learns) learn(t.bank.mode[k], first_radar_, of_gps[k], of_A);
   }
-  if (referenced) note_learnt(t, m.source, m.epoch, learns);
+  if (referenced || (t.without_gps && follows)) note_learnt(t, m.source, m.epoch, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
   if (outcome.verdict != Verdict::Accepted) return outcome;
@@ -354,11 +359,16 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   BiasEstimate b = combined_bias(best->bank, block);
   b.epoch = known.epoch;
   b.samples = known.samples;
-  b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
+  if (!best->without_gps) {
+    b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
+  } else if (known.samples > 0) {
+    for (std::size_t other = 0; other < best->radars.size(); ++other)
+      if (other != r && best->radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+  }
   // A plot that waits for fixes has not lost its reference.
   const bool referenced =
       knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps_max_age;
-  const bool frozen = known.samples > 0 && !referenced;
+  const bool frozen = !best->without_gps && known.samples > 0 && !referenced;
   b.state = bias_states(b, block.prior_sigma(), frozen);
   return b;
 }

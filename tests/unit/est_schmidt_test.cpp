@@ -44,8 +44,10 @@ Vec<3> predicted(const Flown& f, int source, int motion_at, const Vector& x) {
 }
 
 Vec<3> predicted_without_gps(const Flown& f, int source) {
-  const RadarModel& radar = f.schmidt.settings().radars[static_cast<std::size_t>(source)];
-  return predict_plot(radar, f.mode().x.head<9>(), Vec<bias_term_count>::Zero()).q;
+  const MethodSettings& settings = f.schmidt.settings();
+  const auto layout = bias_layout_without_gps(settings.radars, settings.no_gps, f.schmidt.first_radar_at());
+  const auto radar = static_cast<std::size_t>(source);
+  return predict_plot(settings.radars[radar], f.mode().x.head<9>(), layout.radars[radar].bias(f.mode().x)).q;
 }
 
 Matrix jacobian(const Flown& f, int source, int motion_at) {
@@ -148,12 +150,26 @@ TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
   EXPECT_EQ((after.P.topLeftCorner<9, 9>()), (f.mode().P.topLeftCorner<9, 9>()));
 }
 
-TEST(Schmidt, WithoutGpsNoBiasIsLearnt) {
-  const Flown f = fly_schmidt(false);
+/// There is nothing then that the two could do differently: radars find their biases against each other.
+TEST(Schmidt, WithoutGpsIsTheJointFilter) {
+  Flight f = draw_flight(8, 30, true, false);
+  f.settings.kinematics = Kinematics::Ca;
+  const auto schmidt = make_method("schmidt", f.settings);
+  const auto joint = make_method("joint", f.settings);
+  for (const Measurement& m : f.measurements) {
+    ASSERT_EQ(schmidt->process(m, m.epoch).verdict, joint->process(m, m.epoch).verdict);
+    const TrackEstimate x = *schmidt->fused(0);
+    const TrackEstimate y = *joint->fused(0);
+    const Vec<9> sigma = y.cov.diagonal().cwiseSqrt();
+    ASSERT_LT((x.mean - y.mean).cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-6);
+  }
   for (int radar = 0; radar < 2; ++radar) {
-    const BiasEstimate b = f.schmidt.bias(f.state, radar);
-    EXPECT_TRUE(b.value.isZero(0));
-    for (int i = 0; i < b.terms; ++i) EXPECT_EQ(b.state[static_cast<std::size_t>(i)], BiasState::NotObservable);
+    const BiasEstimate x = schmidt->bias(radar);
+    const BiasEstimate y = joint->bias(radar);
+    EXPECT_EQ(x.reference, BiasReference::CrossRadar);
+    EXPECT_LE(y.samples - x.samples, 1u);  // joint counts the plot that started the track
+    EXPECT_EQ(x.state, y.state);
+    for (int i = 0; i < y.terms; ++i) EXPECT_NEAR(x.value[i], y.value[i], 1e-6 * std::sqrt(y.cov(i, i)));
   }
 }
 

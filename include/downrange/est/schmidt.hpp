@@ -23,9 +23,10 @@ namespace downrange {
 /// fixes share it and do not count it as independent; a later fix corrects the biases through that covariance. The same
 /// plot corrects the fused track, whose biases' error is considered alike.
 ///
-/// Until a target's first two fixes that agree the regime is another (NoGpsRegime): nothing tells the biases, so they
-/// are only considered, and wide priors would let every outlier through the gate. It is left once: the biases may be
-/// anything again, and the fused track is then wrong by that of the radar which it last heard.
+/// Until a target's first two fixes that agree the regime is another (NoGpsRegime): tight priors, for wide ones would
+/// let every outlier through the gate, and the radars' plots correct the biases along with the fused track, as in
+/// method joint. It is left once: the biases may be anything again, and the fused track is then wrong by that of the
+/// radar which it last heard.
 class Schmidt {
  public:
   static constexpr int fused_at = 0;
