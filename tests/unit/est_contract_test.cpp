@@ -143,6 +143,31 @@ TEST_P(EveryMethod, NotANumberChangesNothingButACounter) {
   EXPECT_LT((after.mean - before.mean).norm(), 1e-6);
 }
 
+/// A degree beside a track that is known to metres.
+TEST_P(EveryMethod, AnOutlierIsGatedAndChangesNothing) {
+  const Flight f = draw_flight(11, 40, true);
+  const auto method = make(f.settings);
+  const Measurement* plot = nullptr;
+  for (const Measurement& m : f.measurements) {
+    (void)method->process(m, m.epoch);
+    if (m.kind == Measurement::Kind::Radar && m.source == 1) plot = &m;
+  }
+  Measurement outlier = *plot;
+  outlier.epoch = f.measurements.back().epoch + milliseconds(10);
+  outlier.sequence += 1000;
+  outlier.plot.elevation_rad += 1 * deg;
+  const TrackEstimate before = *method->fused(0, outlier.epoch);
+  const bool gates = GetParam().method != "uncorrected";
+  EXPECT_EQ(method->process(outlier, outlier.epoch).verdict, gates ? Verdict::Gated : Verdict::Accepted);
+  EXPECT_EQ(method->account(1).gated, gates ? 1u : 0u);
+  const double moved = (method->fused(0, outlier.epoch)->mean - before.mean).head<3>().norm();
+  if (gates) {
+    EXPECT_LT(moved, 1e-6);
+  } else {
+    EXPECT_GT(moved, 1);
+  }
+}
+
 /// Straight over radar 0: elevation through the zenith, azimuth jumps by half a turn and its noise says nothing there.
 TEST_P(EveryMethod, PassesThroughTheZenith) {
   const MethodSettings settings = draw_flight(1, 1, false).settings;
