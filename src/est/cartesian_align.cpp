@@ -155,10 +155,12 @@ TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) co
   return z;
 }
 
-void CartesianAlign::reopen(State& state, int radar) const {
-  RadarBias& bias = state.radars[static_cast<std::size_t>(radar)];
+void CartesianAlign::reopen(State& state, int radar) const { forget(state.radars[static_cast<std::size_t>(radar)]); }
+
+void CartesianAlign::forget(RadarBias& bias) const {
   bias.estimate = prior_bias();
-  bias.windowed = 0;
+  bias.windowed = bias.next = 0;
+  bias.rejected_in_row = 0;
 }
 
 void CartesianAlign::align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const {
@@ -221,7 +223,8 @@ void CartesianAlign::estimate_bias(RadarBias& bias, const HeldPlot& plot, const 
 
   // (19)-(21)
   Gaussian<6> prior = bias.estimate;
-  if (bias.samples > 0) prior.cov += bias_process_noise(bias, seconds_between(plot.epoch, bias.updated));
+  // Plots that waited for fixes come target by target: the radar's bias may have been brought further already.
+  if (bias.samples > 0) prior.cov += bias_process_noise(bias, std::max(0.0, seconds_between(plot.epoch, bias.updated)));
   // (22), (23)
   const Mat<3, 6> C = bias_matrix(z_sez);
   const auto u = kalman_update<6, 3>(prior, z_b - C * prior.mean, C, R_b, gate3_);
@@ -231,14 +234,12 @@ void CartesianAlign::estimate_bias(RadarBias& bias, const HeldPlot& plot, const 
   const bool plausible = (u.posterior.mean.cwiseAbs().array() <= bias_sigmas_max * prior_sigma.array()).all();
   if (u.verdict != Verdict::Accepted || !plausible) {
     if (++bias.rejected_in_row >= settings_.reopen_after) {
-      bias.estimate = prior_bias();
-      bias.windowed = 0;
-      bias.rejected_in_row = 0;
+      forget(bias);
     }
     return;
   }
   bias.estimate = u.posterior;
-  bias.updated = plot.epoch;
+  bias.updated = bias.samples > 0 ? std::max(bias.updated, plot.epoch) : plot.epoch;
   bias.rejected_in_row = 0;
   ++bias.samples;
   if (settings_.bias_window > 0) {
@@ -287,7 +288,13 @@ BiasEstimate CartesianAlign::bias(const State& state, int radar) const {
   prior.head<3>().setConstant(settings_.bias_offset_prior_m);
   prior.segment<3>(3).setConstant(settings_.bias_scale_prior);
   for (int i = 0; i < 6; ++i) b.term[static_cast<std::size_t>(i)] = static_cast<BiasTerm>(i);
-  const bool frozen = bias.samples > 0 && bias.epoch - bias.updated > settings_.gps_max_age;
+  // A plot that waits for fixes has not lost its reference.
+  const auto refers = [&](const GpsTrack& gps) {
+    return gps.confirmed && bias.epoch - gps.epoch <= settings_.gps_max_age;
+  };
+  const bool referenced = settings_.gps_alignment.smooth ? std::ranges::any_of(state.gps, refers)
+                                                         : bias.epoch - bias.updated <= settings_.gps_max_age;
+  const bool frozen = bias.samples > 0 && !referenced;
   b.state = bias_states(b, prior, frozen);
   return b;
 }

@@ -10,17 +10,17 @@ const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).fi
 
 }  // namespace
 
-void LocalTracks::start(const Gaussian<6>& x) {
+void RadarTracks::start(const Gaussian<6>& x) {
   std::ranges::fill(local_, x);
   fused_ = x;
 }
 
-void LocalTracks::predict(double dt, double q) {
+void RadarTracks::predict(double dt, double q) {
   for (Gaussian<6>& x : local_) x = cv::predict(x, dt, q);
   fused_ = cv::predict(fused_, dt, q);
 }
 
-Update<6, 3> LocalTracks::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
+Update<6, 3> RadarTracks::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
   Gaussian<6>& x = local_[static_cast<std::size_t>(i)];
   auto u = kalman_update<6, 3>(x, z - H * x.mean, H, R, gate);
   x = u.posterior;
@@ -32,40 +32,40 @@ void ConvexRule::fuse(std::uint64_t live) {
   std::size_t n = 0;
   for (std::size_t i = 0; i < local_.size(); ++i)
     if ((live >> i & 1) != 0) taken[n++] = local_[i];
-  fused_ = fuse_convex<6>(std::span<const Gaussian<6>>(taken.data(), n)).state;
+  keep(fuse_convex<6>(std::span<const Gaussian<6>>(taken.data(), n)));
 }
 
 Update<6, 3> InformationRule::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
   const Gaussian<6> predicted = local(i);
-  auto u = LocalTracks::update(i, z, R, gate);
+  auto u = RadarTracks::update(i, z, R, gate);
   if (u.verdict != Verdict::Accepted) return u;
   const TrackReport<6> report{.predicted = predicted, .updated = u.posterior};
-  fused_ = fuse_information<6>(fused_, std::span(&report, 1)).state;
+  keep(fuse_information<6>(fused_, std::span(&report, 1)));
   return u;
 }
 
 template <class Fusion>
 void CorrelatedRule<Fusion>::start(const Gaussian<6>& x) {
-  LocalTracks::start(x);
+  RadarTracks::start(x);
   fusion_.start(x);
 }
 
 template <class Fusion>
 void CorrelatedRule<Fusion>::predict(double dt, double q) {
-  LocalTracks::predict(dt, q);
+  RadarTracks::predict(dt, q);
   fusion_.predict(cv::transition(dt), cv::process_noise(dt, q));
 }
 
 template <class Fusion>
 Update<6, 3> CorrelatedRule<Fusion>::update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate) {
-  auto u = LocalTracks::update(i, z, R, gate);
+  auto u = RadarTracks::update(i, z, R, gate);
   if (u.verdict == Verdict::Accepted) fusion_.template updated<3>(i, u.K, H, R);
   return u;
 }
 
 template <class Fusion>
 void CorrelatedRule<Fusion>::designate(int i) {
-  LocalTracks::designate(i);
+  RadarTracks::designate(i);
   fusion_.designated(i);
 }
 
@@ -73,7 +73,7 @@ template <class Fusion>
 void CorrelatedRule<Fusion>::fuse(std::uint64_t live) {
   std::array<Vec<6>, max_fused_tracks> means;
   for (std::size_t i = 0; i < local_.size(); ++i) means[i] = local_[i].mean;
-  fused_ = fusion_.fuse(std::span<const Vec<6>>(means.data(), local_.size()), live).state;
+  keep(fusion_.fuse(std::span<const Vec<6>>(means.data(), local_.size()), live));
 }
 
 template class CorrelatedRule<CampoFusion<6>>;

@@ -215,6 +215,7 @@ class Scorer::Run : public ResultSink {
     score.count[static_cast<std::size_t>(Reason::Frozen)] = tally.frozen;
     score.outliers = tally.outliers;
     score.outliers_rejected = tally.outliers_rejected + (open_outlier_ && open_outlier_->sensor == sensor ? 1 : 0);
+    if (biases_.empty() && !scorer_.range_.fuse.publish_on_data) score.outliers_rejected.reset();
     add_consistency(tally.health, score);
     return score;
   }

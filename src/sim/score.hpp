@@ -71,8 +71,10 @@ struct SourceScore {
   ObservationKind kind = ObservationKind::Radar;
   /// By Reason: ingest's, and of the newest health record the method's. [Accepted] stood after both.
   std::array<std::uint64_t, reason_count> count{};
-  std::size_t outliers = 0;           ///< planted: marked, and delivered
-  std::size_t outliers_rejected = 0;  ///< of these, by ingest or, when they arrived, by the method
+  std::size_t outliers = 0;  ///< planted: marked, and delivered
+  /// Of these, by ingest or, when they arrived, by the method. None: not told, for the first method answers no plot (no
+  /// biases, and trajectories on the tick).
+  std::optional<std::size_t> outliers_rejected = 0;
   /// NIS inside their 95 % region: of as many disjoint windows of health records as the flight holds. Between two of
   /// them up to a second's messages are left out, and nothing is counted twice.
   std::uint64_t nis_count = 0;

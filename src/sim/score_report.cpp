@@ -167,7 +167,8 @@ void source_table(std::ostringstream& out, const Summary& summary) {
       << left("", label_width) << right("accepted", 10) << right("rejected", 10) << right("of outliers*", 15)
       << right("NIS in 95 %", 13) << right("worst", 9) << right("mismatch", 11) << '\n';
   for (const SourceScore& row : summary.sources) {
-    const std::string outliers = std::to_string(row.outliers_rejected) + " of " + std::to_string(row.outliers);
+    const std::string rejected_of_these = row.outliers_rejected ? std::to_string(*row.outliers_rejected) : "?";
+    const std::string outliers = rejected_of_these + " of " + std::to_string(row.outliers);
     out << left(row.sensor.view(), label_width)
         << right(std::to_string(row.count[static_cast<std::size_t>(Reason::Accepted)]), 10)
         << right(std::to_string(rejected(row)), 10) << right(row.outliers == 0 ? "-" : outliers, 15)
@@ -247,7 +248,7 @@ nlohmann::ordered_json json_of(const SourceScore& source) {
       {"accepted", source.count[static_cast<std::size_t>(Reason::Accepted)]},
       {"rejected", reasons},
       {"outliers", source.outliers},
-      {"outliers_rejected", source.outliers_rejected},
+      {"outliers_rejected", source.outliers_rejected ? nlohmann::json(*source.outliers_rejected) : nlohmann::json()},
       {"nis_count", source.nis_count},
       {"nis_inside_95", known(source.nis_count > 0, source.nis_inside_95)},
       {"least_nis_inside_95", known(source.least_nis_inside_95.has_value(), source.least_nis_inside_95.value_or(0))},

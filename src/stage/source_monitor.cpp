@@ -48,7 +48,7 @@ SourceMonitor::SourceMonitor(const RangeConfig& config) {
 }
 
 void SourceMonitor::count(const Observation& o) {
-  // A radar and a station may share a name: look only among the sources of the observation's kind.
+  // Sources of one name are of different kinds (an unknown station may call itself as a radar does).
   const auto found = std::find_if(sources_.begin(), std::prev(sources_.end()),
                                   [&](const Source& s) { return s.kind == o.kind && s.sensor == o.sensor; });
   Source* source = &*found;  // the last one: whoever is not configured

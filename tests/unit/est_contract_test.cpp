@@ -247,37 +247,69 @@ TEST_P(EveryMethod, SimultaneousMeasurementsCommute) {
   EXPECT_EQ(one->fused(0)->mean, other->fused(0)->mean);
 }
 
+/// A target that circles both radars at 90 km for as long as asked for: plots every 50 ms, a fix every two seconds.
+class Circling {
+ public:
+  explicit Circling(const MethodSettings& settings) : settings_(settings) {}
+
+  [[nodiscard]] static Position<Ecef> truth(double t) {
+    static const Site centre({34.4 * deg, 127.0 * deg, 0});
+    return centre.ecef_of({{9e4 * std::sin(t / 300), 9e4 * std::cos(t / 300), 2e4 + 5e3 * std::sin(t / 170)}});
+  }
+  [[nodiscard]] Measurement next() {
+    const double t = 0.05 * count_;
+    Measurement m;
+    m.epoch = Time{} + seconds(t);
+    m.sequence = static_cast<std::uint64_t>(count_);
+    if (count_ % 40 == 0) {
+      m.kind = Measurement::Kind::Gps;
+      m.position = truth(t);
+      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal_(rng_);
+      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+    } else {
+      m.source = count_ % 2;
+      const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
+      m.plot = polar_from_enu(radar.site.enu_of(truth(t)));
+      m.plot.range_m += radar.sigma.range_m * normal_(rng_);
+      m.plot.azimuth_rad = wrap_two_pi(m.plot.azimuth_rad + radar.sigma.azimuth_rad * normal_(rng_));
+      m.plot.elevation_rad += radar.sigma.elevation_rad * normal_(rng_);
+    }
+    ++count_;
+    return m;
+  }
+
+ private:
+  const MethodSettings& settings_;
+  std::mt19937_64 rng_{1};
+  std::normal_distribution<double> normal_;
+  int count_ = 0;
+};
+
+TEST_P(EveryMethod, StaysHonestOverThirtyThousandUpdates) {
+  const MethodSettings settings = draw_flight(1, 1, false).settings;
+  const auto method = make(settings);
+  Circling target(settings);
+  constexpr int updates = 30'000;
+  for (int i = 0; i < updates; ++i) {
+    const Measurement m = target.next();
+    (void)method->process(m, m.epoch);
+  }
+  const auto e = method->fused(0);
+  expect_honest(*e, "at the end");
+  EXPECT_LT((e->mean.head<3>() - Circling::truth((e->epoch - Time{}).seconds()).m).norm(), 150);
+  EXPECT_LT(method->account(0).gated + method->account(1).gated, updates / 500u);
+}
+
 /// A million updates of a filter whose biases are known ever better: symmetric and positive definite to the end.
 TEST(Numerics, AMillionUpdatesKeepTheCovarianceWhatItIs) {
   Flight f = draw_flight(1, 1, false);
   f.settings.kinematics = Kinematics::Ca;
   const Joint joint(f.settings);
   Joint::State state = joint.initial();
-  const Site centre({34.4 * deg, 127.0 * deg, 0});
-  const auto truth = [&](double t) {
-    return centre.ecef_of({{9e4 * std::sin(t / 300), 9e4 * std::cos(t / 300), 2e4 + 5e3 * std::sin(t / 170)}});
-  };
-  std::mt19937_64 rng(1);
-  std::normal_distribution<double> normal;
+  Circling target(f.settings);
   constexpr int updates = 1'000'000;
   for (int i = 0; i < updates; ++i) {
-    const double t = 0.05 * i;
-    Measurement m;
-    m.epoch = Time{} + seconds(t);
-    if (i % 40 == 0) {
-      m.kind = Measurement::Kind::Gps;
-      m.position = truth(t);
-      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal(rng);
-      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
-    } else {
-      m.source = i % 2;
-      const RadarModel& radar = f.settings.radars[static_cast<std::size_t>(m.source)];
-      m.plot = polar_from_enu(radar.site.enu_of(truth(t)));
-      m.plot.range_m += radar.sigma.range_m * normal(rng);
-      m.plot.azimuth_rad = wrap_two_pi(m.plot.azimuth_rad + radar.sigma.azimuth_rad * normal(rng));
-      m.plot.elevation_rad += radar.sigma.elevation_rad * normal(rng);
-    }
-    (void)joint.apply(state, m);
+    (void)joint.apply(state, target.next());
     if (i % 100'000 != 99'999) continue;
     const Eigen::MatrixXd& P = state.targets[0].bank.mode[0].P;
     ASSERT_EQ(P, P.transpose().eval()) << i;
@@ -286,7 +318,7 @@ TEST(Numerics, AMillionUpdatesKeepTheCovarianceWhatItIs) {
     ASSERT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff(), 0) << i;
   }
   const auto e = joint.fused(state, 0, {});
-  EXPECT_LT((e->mean.head<3>() - truth(0.05 * (updates - 1)).m).norm(), 50);
+  EXPECT_LT((e->mean.head<3>() - Circling::truth(0.05 * (updates - 1)).m).norm(), 50);
   EXPECT_LT(joint.account(state, 0).gated, updates / 1000u);
 }
 

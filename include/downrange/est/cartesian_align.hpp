@@ -94,6 +94,7 @@ class CartesianAlign {
   /// By GPS predicted to the plot, or later when the fixes after it have come.
   void align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const;
   void release_held(State& state, GpsTrack& gps) const;
+  void forget(RadarBias& bias) const;
   void estimate_bias(RadarBias& bias, const HeldPlot& plot, const Gaussian<6>& reference) const;
   [[nodiscard]] Gaussian<6> prior_bias() const;
   [[nodiscard]] Mat<6, 6> bias_process_noise(const RadarBias& bias, double dt) const;

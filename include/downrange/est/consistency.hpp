@@ -66,7 +66,7 @@ class MismatchAlarm {
 
   void add(double nis, int dof);
   /// Over a full window by the threshold. Before that, from `least_early` innovations on, where chance leaves a share
-  /// so low with less than `early_false_alarm`: GPS at 1 Hz would take a whole flight to fill the window.
+  /// so low with less than `early_false_alarm` at each look: GPS at 1 Hz would take a whole flight to fill the window.
   [[nodiscard]] bool rings() const;
   [[nodiscard]] int window() const { return window_; }
   /// How many innovations the share is over: what there is of the window.

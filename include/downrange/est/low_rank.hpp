@@ -1,6 +1,9 @@
 #pragma once
 /// What a measurement of few rows does to a covariance of many states. Written by columns and without Eigen's blocked
 /// kernels: these pack their operands first, and at such sizes take several times as long.
+///
+/// P - W W' of the optimal gain instead of Joseph's form, which costs the square of the states for every row of a gain:
+/// tests hold it positive definite over a million updates, and symmetric to the bit.
 
 #include <downrange/est/gaussian.hpp>
 #include <utility>

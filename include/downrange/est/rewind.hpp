@@ -25,6 +25,7 @@ class Rewinder {
   Rewinder(Core core, State initial, Duration history) : core_(std::move(core)), state_(initial), history_(history) {
     if constexpr (requires { core_.checkpoint_spacing(); }) spacing_ = core_.checkpoint_spacing();
     checkpoints_.push_back({.first = 0, .state = std::move(initial)});
+    if constexpr (requires { core_.reserve(state_); }) core_.reserve(state_);
     checkpoint_count_ = 1;
   }
 

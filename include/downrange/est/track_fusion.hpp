@@ -4,13 +4,13 @@
 /// Tracks of one target are never independent: they share its process noise. What a rule does about that is all that
 /// tells the rules apart.
 ///
-/// | rule | uses | against the centralised filter |
-/// |---|---|---|
-/// | `fuse_convex` | nothing | over-confident, for tracks of which nothing is known |
-/// | `fuse_bar_shalom_campo`, `CampoFusion` | cross-covariances of the tracks | best of two tracks without memory;
-/// honest | | `MapFusion` | joint covariance of fused prior and all tracks | better than without memory; honest | |
-/// `fuse_information` | predicted and updated state of each track | equal, when every update is reported; default | |
-/// `FederatedFilter` | local filters that give their prior away | equal |
+/// - `fuse_convex` uses nothing of it: over-confident, for tracks of which nothing is known;
+/// - `fuse_bar_shalom_campo`, `CampoFusion` use the tracks' cross-covariances: the best of two tracks without memory,
+///   honest;
+/// - `MapFusion` uses the joint covariance of fused prior and all tracks: better than without memory, honest;
+/// - `fuse_information` uses each track before and after its updates: the centralised filter, when every update is
+///   reported; default;
+/// - `FederatedFilter`'s local filters give their prior away: the centralised filter.
 ///
 /// States are differences of vectors: an angle among them is to be brought within pi of the other track's first.
 

@@ -5,6 +5,7 @@
 /// plots; what the sites' tracks say together is the rule's (track_rules.hpp). For ranges whose sites deliver tracks
 /// instead of plots, and to compare.
 
+#include <algorithm>
 #include <downrange/est/cartesian_align.hpp>
 #include <downrange/est/track_rules.hpp>
 
@@ -13,7 +14,8 @@ namespace downrange {
 /// The first plot of a target starts all its tracks: the radar that has it designates the others. A track without a
 /// plot for `silent_after` does not take part; with its next plot it starts anew from the fused track, as one does
 /// whose radar alone was rejected `reopen_after` times in a row. Plots are gated by the radar's own track, as at its
-/// site; the federated rule's local tracks are wide by its shares, and so is their gate.
+/// site; the federated rule's local tracks are wide by its shares, and so is their gate; their NIS are small, and
+/// the mismatch alarm sees little.
 ///
 /// Fused at every plot. The federated rule gives the local tracks their shares at the instants of `batch` on the UTC
 /// grid, before the first plot after each.

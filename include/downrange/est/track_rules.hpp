@@ -8,7 +8,9 @@
 /// - `predict(dt, q)`: to the next instant, white acceleration q (m^2/s^3), the same motion in all of them;
 /// - `update(i, z, R, gate)`: track i by a position its radar measured; nothing changes unless accepted;
 /// - `designate(i)`: track i starts anew from the fused one, as a radar does that is pointed at the target;
-/// - `fuse(live)`: the tracks whose bit is set in `live`, at least one, into `fused()`.
+/// - `fuse(live)`: the tracks whose bit is set in `live`, at least one, into `fused()`, which stays as it was where
+/// they
+///   cannot be fused (Singular).
 
 #include <downrange/est/track_fusion.hpp>
 #include <vector>
@@ -19,10 +21,10 @@ namespace downrange {
 inline constexpr int max_fused_tracks = 16;
 
 /// What the rules have in common: one track per radar, each knowing its own radar's plots only.
-class LocalTracks {
+class RadarTracks {
  public:
   /// 1 to max_fused_tracks.
-  explicit LocalTracks(int tracks) : local_(static_cast<std::size_t>(tracks)) {}
+  explicit RadarTracks(int tracks) : local_(static_cast<std::size_t>(tracks)) {}
 
   void start(const Gaussian<6>& x);
   void predict(double dt, double q);
@@ -33,30 +35,34 @@ class LocalTracks {
   [[nodiscard]] const Gaussian<6>& fused() const { return fused_; }
 
  protected:
+  void keep(const FusedTrack<6>& fused) {
+    if (fused.verdict == Verdict::Accepted) fused_ = fused.state;
+  }
+
   std::vector<Gaussian<6>> local_;
   Gaussian<6> fused_;
 };
 
 /// Convex combination: the tracks as if they were independent. Over-confident.
-class ConvexRule : public LocalTracks {
+class ConvexRule : public RadarTracks {
  public:
-  using LocalTracks::LocalTracks;
+  using RadarTracks::RadarTracks;
   void fuse(std::uint64_t live);
 };
 
 /// Information with memory: what a track learns from a plot is added to the fused track at once.
-class InformationRule : public LocalTracks {
+class InformationRule : public RadarTracks {
  public:
-  using LocalTracks::LocalTracks;
+  using RadarTracks::RadarTracks;
   Update<6, 3> update(int i, const Vec<3>& z, const Mat<3, 3>& R, double gate);
   void fuse(std::uint64_t) {}  ///< is done by every update
 };
 
 /// The rules that know the joint covariance of all tracks: CampoFusion and MapFusion.
 template <class Fusion>
-class CorrelatedRule : public LocalTracks {
+class CorrelatedRule : public RadarTracks {
  public:
-  explicit CorrelatedRule(int tracks) : LocalTracks(tracks), fusion_(Gaussian<6>{}, tracks) {}
+  explicit CorrelatedRule(int tracks) : RadarTracks(tracks), fusion_(Gaussian<6>{}, tracks) {}
 
   void start(const Gaussian<6>& x);
   void predict(double dt, double q);

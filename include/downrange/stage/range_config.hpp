@@ -122,7 +122,7 @@ struct IngestConfig {
 
 /// Bias estimation.
 struct AlignConfig {
-  GpsErrorModel gps_error;                    ///< of joint and schmidt
+  GpsErrorModel gps_error;                    ///< of joint, schmidt and ts
   GpsAlignment gps_alignment;                 ///< of schmidt, song2015 and the track-level rules
   NoGpsRegime no_gps;                         ///< of joint, schmidt and ts
   double offset_prior_m = 100;                ///< song2015, track-level rules: 1-sigma per SEZ axis

@@ -119,7 +119,7 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
   const std::scoped_lock lock(mutex_);
   const Time time = clock_ == dds::ClockMode::Wall ? utc_now : newest_range_time_;
   std::string text;
-  char line[200];
+  char line[300];
   for (const auto& [key, t] : tracks_) {
     std::snprintf(
         line, sizeof line, "%-10s %-12s %s  %8.4f %9.4f  %8.2f km  %7.1f m/s  1-sigma %6.1f m  NIS %5.2f%s%s\n",
@@ -142,7 +142,7 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
 
 std::string Board::health_lines(Time time) const {
   std::string text;
-  char line[200];
+  char line[300];
   const bool several = std::any_of(health_.begin(), health_.end(), [&](const auto& entry) {
     return entry.first.second != health_.begin()->first.second;
   });

@@ -152,8 +152,10 @@ void add_experiment(CLI::App& app, Run& run) {
   allowed.emplace_back(all);
   command->add_option("NAME", o->name, "Which one, or all of them")->check(CLI::IsMember(allowed));
   command->add_flag("--list", o->list, "Tell which experiments there are and what they compare");
-  command->add_option("--data", o->data,
-                      "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout)");
+  command->add_option(
+      "--data", o->data,
+      "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout, which "
+      "experiment flights needs: mappings and range are there)");
   command->add_option("--runs", o->runs, "Monte Carlo runs (default: as many as the figures are stated for)")
       ->check(CLI::Range(1, 1'000'000));
   command->add_option("--seed", o->seed, "Draw everything from this seed (default: 1)");

@@ -67,7 +67,7 @@ struct Flown {
   [[nodiscard]] PositionScore position(const Name& method, std::size_t phase = 0) const;
 };
 
-/// Outliers are told by the truth: planted ones are hundreds of metres or more than half a degree off, further than any
+/// Outliers are told by the truth: planted ones are 200 m or 0.6 degrees off and more, further than any
 /// bias.
 [[nodiscard]] bool is_outlier(const RadarTspi& plot, const RadarConfig& radar, const TruthTable& truth);
 
