@@ -27,7 +27,7 @@ class Bound::Impl {
     assert(biases_.size() == settings_.radars.size());
     h_.x.setZero(first_radar_at + layout_.size);
     h_.P.setZero(h_.x.size(), h_.x.size());
-    for (const RadarBlock& block : layout_.radars) reset_bias(h_, block, settings_.no_gps);
+    for (const RadarBlock& block : layout_.radars) reset_bias(h_, block);
     if (settings_.gps_error.enabled)
       reset_block(h_, gps_error_at, Vec<3>::Zero(), std::pow(settings_.gps_error.sigma_m, 2) * Mat<3, 3>::Identity());
   }
@@ -49,7 +49,7 @@ class Bound::Impl {
       predict_motion(h_, motion_at, model_, dt);
       if (settings_.gps_error.enabled)
         predict_gauss_markov(h_, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
-      predict_bias(h_, layout_, settings_.no_gps, dt);
+      predict_bias(h_, layout_, dt);
     }
     linearise_at_truth(m.epoch);
     if (m.kind == Measurement::Kind::Gps) {

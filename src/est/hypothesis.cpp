@@ -8,9 +8,10 @@
 namespace downrange {
 namespace {
 
-RadarBlock block_of(const BiasModel& model, int at) {
+RadarBlock block_of(const BiasModel& model, const PointingWander& wander, int at) {
   RadarBlock block;
   block.at = at;
+  block.wander = wander;
   block.terms = static_cast<int>(model.terms.size());
   std::ranges::copy(model.terms, block.term.begin());
   block.model = model;
@@ -30,7 +31,7 @@ void mirror(Square&& P) {
 Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
   Vec<bias_term_count> b = Vec<bias_term_count>::Zero();
   for (int i = 0; i < terms; ++i) b[index(term[static_cast<std::size_t>(i)])] = x[at + i];
-  if (coloured) {
+  if (wanders()) {
     b[index(BiasTerm::OffsetAzimuth)] += x[at + terms];
     b[index(BiasTerm::OffsetElevation)] += x[at + terms + 1];
   }
@@ -49,7 +50,7 @@ Vec<BiasEstimate::max_terms> RadarBlock::prior_sigma() const {
 BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
   BiasLayout layout{.first = first, .size = 0, .radars = {}};
   for (const RadarModel& radar : radars) {
-    layout.radars.push_back(block_of(radar.bias, first + layout.size));
+    layout.radars.push_back(block_of(radar.bias, radar.wander, first + layout.size));
     layout.size += layout.radars.back().size();
   }
   return layout;
@@ -70,10 +71,9 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
     tighten(model, BiasTerm::OffsetRange, regime.offset_prior_m);
     tighten(model, BiasTerm::OffsetAzimuth, regime.angle_prior_rad);
     tighten(model, BiasTerm::OffsetElevation, regime.angle_prior_rad);
-    RadarBlock block = block_of(model, first + layout.size);
-    block.coloured = true;
-    layout.size += block.size();
-    layout.radars.push_back(std::move(block));
+    const PointingWander& wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
+    layout.radars.push_back(block_of(model, wander, first + layout.size));
+    layout.size += layout.radars.back().size();
   }
   return layout;
 }
@@ -87,7 +87,7 @@ void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>&
   h.P.block(at, at, n, n) = cov.selfadjointView<Eigen::Lower>();
 }
 
-void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime) {
+void reset_bias(Hypothesis& h, const RadarBlock& block) {
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
   Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(block.size(), block.size());
   for (int i = 0; i < block.terms; ++i) {
@@ -96,8 +96,7 @@ void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regim
     for (int j = 0; j < block.terms; ++j)
       cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
   }
-  if (block.coloured)
-    cov.diagonal().tail<2>().setConstant(regime.coloured_angle_sigma_rad * regime.coloured_angle_sigma_rad);
+  if (block.wanders()) cov.diagonal().tail<2>().setConstant(block.wander.sigma_rad * block.wander.sigma_rad);
   reset_block(h, block.at, mean, cov);
 }
 
@@ -130,15 +129,14 @@ void predict_gauss_markov(Hypothesis& h, int at, int size, double sigma, double 
   h.P.block(at, at, size, size).diagonal().array() += sigma * sigma * (1 - phi * phi);
 }
 
-void predict_bias(Hypothesis& h, const BiasLayout& layout, const NoGpsRegime& regime, double dt) {
+void predict_bias(Hypothesis& h, const BiasLayout& layout, double dt) {
   for (const RadarBlock& block : layout.radars) {
     for (int i = 0; i < block.terms; ++i) {
       const double drift = block.model.drift[index(block.term[static_cast<std::size_t>(i)])];
       h.P(block.at + i, block.at + i) += drift * drift * dt;
     }
-    if (block.coloured)
-      predict_gauss_markov(h, block.at + block.terms, 2, regime.coloured_angle_sigma_rad, regime.coloured_angle_tau_s,
-                           dt);
+    if (block.wanders())
+      predict_gauss_markov(h, block.at + block.terms, 2, block.wander.sigma_rad, block.wander.tau_s, dt);
   }
 }
 
@@ -160,7 +158,7 @@ PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eige
   l.H.radar_size = block.size();
   for (int i = 0; i < block.terms; ++i)
     l.H.of_radar.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
-  if (block.coloured) {
+  if (block.wanders()) {
     l.H.of_radar.col(block.terms) = predicted.d_bias.col(index(BiasTerm::OffsetAzimuth));
     l.H.of_radar.col(block.terms + 1) = predicted.d_bias.col(index(BiasTerm::OffsetElevation));
   }

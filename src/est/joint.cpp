@@ -74,7 +74,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(n);
     h.P.setZero(n, n);
-    for (const RadarBlock& block : blocks.radars) reset_bias(h, block, settings_.no_gps);
+    for (const RadarBlock& block : blocks.radars) reset_bias(h, block);
     if (teacher != nullptr) {
       const Hypothesis& known = teacher->bank.mode[static_cast<std::size_t>(likeliest(teacher->bank))];
       h.x.tail(blocks.size) = known.x.tail(blocks.size);
@@ -132,7 +132,7 @@ void Joint::predict(Target& t, Time to) const {
     predict_motion(h, motion_at, models(t).model[static_cast<std::size_t>(i)], dt);
     if (settings_.gps_error.enabled)
       predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
-    predict_bias(h, layout(t), settings_.no_gps, dt);
+    predict_bias(h, layout(t), dt);
   }
   if (settings_.kinematics == Kinematics::Vdie)
     t.manoeuvre.predict(motion_at, dt, settings_.gps_error.enabled ? std::exp(-dt / settings_.gps_error.tau_s) : 1);
@@ -196,8 +196,7 @@ void Joint::after_rejection(State& s, const Measurement& m, Verdict verdict) con
   } else if (account.rejected_in_row % settings_.reopen_after == 0) {
     // This radar alone disagrees: its bias is opened again.
     for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)],
-                 settings_.no_gps);
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
   }
 }
 

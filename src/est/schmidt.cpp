@@ -60,7 +60,7 @@ void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(first_radar_ + layout(t).size);
     h.P.setZero(h.x.size(), h.x.size());
-    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block, settings_.no_gps);
+    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block);
   }
 }
 
@@ -122,8 +122,7 @@ void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const 
   } else if (++radar.rejected_in_row >= settings_.reopen_after) {
     radar.rejected_in_row = 0;
     for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)],
-                 settings_.no_gps);
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
   }
 }
 
@@ -156,7 +155,7 @@ void Schmidt::predict(Target& t, Time to) const {
     }
     if (settings_.gps_error.enabled && t.gps_started)
       predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
-    predict_bias(h, layout(t), settings_.no_gps, dt);
+    predict_bias(h, layout(t), dt);
   }
 }
 
@@ -254,7 +253,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     start_fused_by(t, m);
   } else if ((account.rejected_in_row + 1) % settings_.reopen_after == 0) {
     for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source], settings_.no_gps);
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source]);
   }
   return outcome;
 }

@@ -23,6 +23,7 @@ Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
 /// What is looked for without GPS: the regime's priors, but constant biases.
 BiasLayout layout_of(const MethodSettings& settings) {
   std::vector<RadarModel> radars = settings.radars;
+  for (RadarModel& radar : radars) radar.wander = {};
   if (settings.no_gps.enabled) {
     const BiasLayout tight = bias_layout_without_gps(radars, settings.no_gps, 0);
     for (std::size_t i = 0; i < radars.size(); ++i) radars[i].bias = tight.radars[i].model;
@@ -60,7 +61,7 @@ Ts<N>::Ts(MethodSettings settings)
 template <int N>
 typename Ts<N>::State Ts<N>::initial() const {
   Hypothesis prior{.x = Eigen::VectorXd::Zero(layout_.size), .P = Eigen::MatrixXd::Zero(layout_.size, layout_.size)};
-  for (const RadarBlock& block : layout_.radars) reset_bias(prior, block, settings_.no_gps);
+  for (const RadarBlock& block : layout_.radars) reset_bias(prior, block);
   Target target;
   target.track = {{Vec<N>::Zero(), Mat<N, N>::Identity()}, Mat<N, Eigen::Dynamic>::Zero(N, layout_.size)};
   target.contributed.fill(never);

@@ -25,6 +25,7 @@ MethodSettings settings_of(const RangeConfig& config) {
                                   .elevation_rad = radar.sigma.elevation_rad * angle},
                         .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
                         .bias = bias_model_of(radar.bias),
+                        .wander = radar.wander,
                         .refraction = refraction_of(radar)});
   }
   for (const AngleSensorConfig& sensor : config.angle_sensors) {
@@ -34,6 +35,7 @@ MethodSettings settings_of(const RangeConfig& config) {
                                   .elevation_rad = sensor.sigma_elevation_rad * angle},
                         .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
                         .bias = bias_model_of(sensor),
+                        .wander = sensor.wander,
                         .refraction = refraction_of(sensor),
                         .measures_range = false});
   }

@@ -135,7 +135,7 @@ TEST(Hypothesis, BiasesDriftByTheirVarianceAndNothingElse) {
     P(at + 1, at + 1) += 0.02 * 0.02 * 2.5;
     P(at + 6, at + 6) += 0.5 * 0.5 * 2.5;
   }
-  predict_bias(h, layout, {}, 2.5);
+  predict_bias(h, layout, 2.5);
   expect_near(h.P, P);
 }
 

@@ -67,6 +67,50 @@ TEST(Joint, ShuffledArrivalGivesTheInOrderBits) {
   EXPECT_EQ(in_order->bias(1).value, shuffled->bias(1).value);
 }
 
+/// Pointing that wanders by twice the plots' noise over ten seconds: as states it is told from the biases and the track
+/// is honest; taken for white noise the same plots promise too much.
+TEST(Joint, PointingThatWandersIsAState) {
+  constexpr double tau = 10;
+  constexpr double sigma = 0.02 * test::deg;
+  double inside_with = 0;
+  double inside_without = 0;
+  double square_with = 0;
+  double square_without = 0;
+  constexpr int runs = 32;
+  for (std::uint64_t seed = 40; seed < 40 + runs; ++seed) {
+    Flight f = draw_flight(seed, 60, true);
+    f.settings.kinematics = Kinematics::Ca;
+    f.settings.q_ca_m2_s5 = 0.1;  // the flight's acceleration is constant
+    f.settings.no_gps.enabled = false;
+    f.settings.gps_error.enabled = false;
+    std::mt19937_64 rng(seed);
+    std::normal_distribution<double> normal;
+    Vec<2> error[2] = {};
+    Time last[2];
+    for (Measurement& m : f.measurements) {
+      if (m.kind == Measurement::Kind::Gps) continue;
+      Vec<2>& e = error[m.source];
+      const double phi = last[m.source] == Time{} ? 0 : std::exp(-(m.epoch - last[m.source]).seconds() / tau);
+      e = phi * e + sigma * std::sqrt(1 - phi * phi) * Vec<2>(normal(rng), normal(rng));
+      last[m.source] = m.epoch;
+      m.plot.azimuth_rad += e[0];
+      m.plot.elevation_rad += e[1];
+    }
+    const auto without = fly(*make_method("joint", f.settings), f, 30);
+    for (RadarModel& radar : f.settings.radars) radar.wander = {.sigma_rad = sigma, .tau_s = tau};
+    const auto with = fly(*make_method("joint", f.settings), f, 30);
+    inside_with += with.inside95 / runs;
+    inside_without += without.inside95 / runs;
+    square_with += with.rms_m * with.rms_m / runs;
+    square_without += without.rms_m * without.rms_m / runs;
+  }
+  // Errors that last ten seconds make a run little more than one draw.
+  const double least = share_band(0.95, runs, 0.001).low;
+  EXPECT_GT(inside_with, least);
+  EXPECT_LT(inside_without, least);
+  EXPECT_LT(square_with, 0.7 * square_without);
+}
+
 /// A radar alone, without GPS, never knows the target's range better than its own offset of range: a start that took
 /// the plot's error as noise would claim to have learnt it.
 TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {

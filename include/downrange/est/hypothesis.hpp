@@ -22,18 +22,19 @@ struct Hypothesis {
   Eigen::MatrixXd P;  ///< symmetric; states that are switched off have zero rows
 };
 
-/// Where one radar's bias stands in a state vector: its terms, then, where `coloured`, the slow errors of azimuth and
+/// Where one radar's bias stands in a state vector: its terms, then, where it wanders, the slow errors of azimuth and
 /// elevation.
 struct RadarBlock {
   static constexpr int max_size = bias_term_count + 2;
 
   int at = 0;
   int terms = 0;
-  bool coloured = false;
+  PointingWander wander{};
   std::array<BiasTerm, bias_term_count> term{};
   BiasModel model;
 
-  [[nodiscard]] int size() const { return terms + (coloured ? 2 : 0); }
+  [[nodiscard]] bool wanders() const { return wander.sigma_rad > 0; }
+  [[nodiscard]] int size() const { return terms + (wanders() ? 2 : 0); }
   /// The bias in `x` indexed by BiasTerm; terms that are not there are zero. Slow angle errors count as offsets.
   [[nodiscard]] Vec<bias_term_count> bias(const Eigen::VectorXd& x) const;
   /// 1-sigma of each term before any data.
@@ -48,21 +49,22 @@ struct BiasLayout {
 };
 
 [[nodiscard]] BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first);
-/// What holds until the first fix: tight priors, no sez_offset, slow angle errors.
+/// What holds until the first fix: tight priors, no sez_offset, slow angle errors: the radar's own or the regime's,
+/// whichever are larger.
 [[nodiscard]] BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime,
                                                  int first);
 
 /// Entries [at, at + size) as if nothing were known but mean and covariance given.
 void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
                  const Eigen::Ref<const Eigen::MatrixXd>& cov);
-void reset_bias(Hypothesis& h, const RadarBlock& block, const NoGpsRegime& regime);
+void reset_bias(Hypothesis& h, const RadarBlock& block);
 
 /// Motion of the nine states from `at`, F P F' + Q by rows and columns: what is constant is never multiplied.
 void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt);
 /// First-order Gauss-Markov states [at, at + size) with stationary 1-sigma and correlation time.
 void predict_gauss_markov(Hypothesis& h, int at, int size, double sigma, double tau_s, double dt);
 /// Drift of the terms and of the slow angle errors.
-void predict_bias(Hypothesis& h, const BiasLayout& layout, const NoGpsRegime& regime, double dt);
+void predict_bias(Hypothesis& h, const BiasLayout& layout, double dt);
 
 /// Rows of a Jacobian that is zero outside the block of a motion and that of a radar.
 template <int M>

@@ -82,6 +82,13 @@ struct SourceAccount {
   MismatchAlarm mismatch;  ///< share of NIS inside 95 %; rings where the source's model is wrong
 };
 
+/// Slowly varying pointing error of a mount, of each of its axes: first-order Gauss-Markov. Two states per radar of
+/// joint and schmidt (ts knows none: give the angle offsets a drift there).
+struct PointingWander {
+  double sigma_rad = 0;  ///< 0: none
+  double tau_s = 30;
+};
+
 /// One radar, or one angles-only tracker, as the filters see it.
 struct RadarModel {
   Site site;
@@ -91,6 +98,7 @@ struct RadarModel {
   bool azimuth_sigma_on_sky = false;
   /// Terms of joint, schmidt and ts; song2015 and the track-level rules always use their own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
+  PointingWander wander{};
   std::shared_ptr<const RefractionTable> refraction =
       nullptr;                 ///< of the air over the site; none: plots are free of it
   bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
@@ -124,8 +132,7 @@ struct NoGpsRegime {
   bool enabled = true;
   double offset_prior_m = 25;
   double angle_prior_rad = 0.05 * std::numbers::pi / 180;
-  double coloured_angle_sigma_rad = 0.02 * std::numbers::pi / 180;
-  double coloured_angle_tau_s = 30;
+  PointingWander wander{.sigma_rad = 0.02 * std::numbers::pi / 180, .tau_s = 30};
 };
 
 /// Settings of the methods; meaning and units as in stage/range_config.hpp.

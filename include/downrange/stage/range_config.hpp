@@ -57,6 +57,7 @@ struct RadarConfig {
   Site site;
   PolarSigma sigma;                   ///< instrument noise, 1-sigma
   double angle_inflation = 4;         ///< factor on the angle variances for slow pointing errors (ALGORITHMS 4a)
+  PointingWander wander{};            ///< the same as states of joint and schmidt, where they are known
   bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)
   double refractivity = 0;            ///< N-units at the site; 0: plots are free of refraction, or corrected already
   BiasConfig bias;
@@ -75,6 +76,7 @@ struct AngleSensorConfig {
   double sigma_elevation_rad = 0;
   bool azimuth_sigma_on_sky = false;  ///< as RadarConfig, the next two likewise
   double angle_inflation = 4;
+  PointingWander wander{};
   double refractivity = 0;
   double rate_hz = 10;
   double elevation_min_rad = 0;
