@@ -30,7 +30,8 @@ double pitch_at(const LaunchProfile& profile, double t_s) {
 }
 
 /// `burn` is given, not looked up, so that a step which ends at a cut-off is powered to its end.
-Eigen::Vector3d acceleration_of(const LaunchProfile& profile, const Burn* burn, double t_s, const TrueState& state) {
+Eigen::Vector3d acceleration_of(const LaunchProfile& profile, const Burn* burn, double t_s,
+                                const score::TrueState& state) {
   Eigen::Vector3d a = free_fall_acceleration(state.position, state.velocity);
   if (burn == nullptr) return a;
   const double thrust_m_s2 = burn->thrust_n / (burn->mass_kg - burn->flow_kg_s * (t_s - burn->from_s));
@@ -42,17 +43,18 @@ Eigen::Vector3d acceleration_of(const LaunchProfile& profile, const Burn* burn, 
   return a;
 }
 
-TrueState runge_kutta_step(const LaunchProfile& profile, const Burn* burn, double t_s, double h, const TrueState& x) {
+score::TrueState runge_kutta_step(const LaunchProfile& profile, const Burn* burn, double t_s, double h,
+                                  const score::TrueState& x) {
   const auto advanced = [&x](const Eigen::Vector3d& dp, const Eigen::Vector3d& dv, double dt) {
-    return TrueState{{x.position.m + dt * dp}, {x.velocity.m_s + dt * dv}};
+    return score::TrueState{{x.position.m + dt * dp}, {x.velocity.m_s + dt * dv}};
   };
   const Eigen::Vector3d& v1 = x.velocity.m_s;
   const Eigen::Vector3d a1 = acceleration_of(profile, burn, t_s, x);
-  const TrueState x2 = advanced(v1, a1, h / 2);
+  const score::TrueState x2 = advanced(v1, a1, h / 2);
   const Eigen::Vector3d a2 = acceleration_of(profile, burn, t_s + h / 2, x2);
-  const TrueState x3 = advanced(x2.velocity.m_s, a2, h / 2);
+  const score::TrueState x3 = advanced(x2.velocity.m_s, a2, h / 2);
   const Eigen::Vector3d a3 = acceleration_of(profile, burn, t_s + h / 2, x3);
-  const TrueState x4 = advanced(x3.velocity.m_s, a3, h);
+  const score::TrueState x4 = advanced(x3.velocity.m_s, a3, h);
   const Eigen::Vector3d a4 = acceleration_of(profile, burn, t_s + h, x4);
   return advanced((v1 + 2 * x2.velocity.m_s + 2 * x3.velocity.m_s + x4.velocity.m_s) / 6,
                   (a1 + 2 * a2 + 2 * a3 + a4) / 6, h);
@@ -69,12 +71,13 @@ std::vector<double> segment_ends(const LaunchProfile& profile, double duration_s
   return ends;
 }
 
-std::vector<TruthSample> integrate(const LaunchProfile& profile, Time liftoff, double duration_s, double step_s) {
+std::vector<score::TruthSample> integrate(const LaunchProfile& profile, Time liftoff, double duration_s,
+                                          double step_s) {
   if (profile.burns.empty() || profile.pitch.empty())
     throw std::invalid_argument("a launch profile needs a burn and a pitch table");
   if (!(duration_s > 0) || !(step_s > 0)) throw std::invalid_argument("a launch needs a positive duration and step");
-  TrueState x{ecef_from_geodetic(profile.pad), {}};
-  std::vector<TruthSample> samples{{liftoff, x}};
+  score::TrueState x{ecef_from_geodetic(profile.pad), {}};
+  std::vector<score::TruthSample> samples{{liftoff, x}};
   double begin_s = 0;
   for (const double end_s : segment_ends(profile, duration_s)) {
     const Burn* burn = burn_at(profile, (begin_s + end_s) / 2);
@@ -110,14 +113,14 @@ LaunchProfile naro_launch_profile() {
 LaunchTrajectory::LaunchTrajectory(const LaunchProfile& profile, Time liftoff, double duration_s, double step_s)
     : profile_(profile), liftoff_(liftoff), table_(integrate(profile, liftoff, duration_s, step_s)) {}
 
-std::optional<TrueState> LaunchTrajectory::at(Time t) const {
+std::optional<score::TrueState> LaunchTrajectory::at(Time t) const {
   if (t < liftoff_) return table_.samples().front().state;
   return table_.at(t);
 }
 
 std::optional<Eigen::Vector3d> LaunchTrajectory::acceleration(Time t) const {
   if (t < liftoff_) return Eigen::Vector3d::Zero();
-  const std::optional<TrueState> state = table_.at(t);
+  const std::optional<score::TrueState> state = table_.at(t);
   if (!state) return std::nullopt;
   const double t_s = (t - liftoff_).seconds();
   return acceleration_of(profile_, burn_at(profile_, t_s), t_s, *state);

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim/truth.hpp"
+#include "score/truth.hpp"
 
 namespace downrange::sim {
 
@@ -45,7 +45,7 @@ class LaunchTrajectory {
   LaunchTrajectory(const LaunchProfile& profile, Time liftoff, double duration_s, double step_s = 0.05);
 
   /// Standing on the pad before lift-off; nothing after the end of the flight.
-  [[nodiscard]] std::optional<TrueState> at(Time t) const;
+  [[nodiscard]] std::optional<score::TrueState> at(Time t) const;
 
   /// Relative to the rotating Earth, m/s^2, ECEF axes; at an ignition or cut-off the value just after it.
   [[nodiscard]] std::optional<Eigen::Vector3d> acceleration(Time t) const;
@@ -56,7 +56,7 @@ class LaunchTrajectory {
  private:
   LaunchProfile profile_;
   Time liftoff_;
-  TruthTable table_;
+  score::TruthTable table_;
 };
 
 }  // namespace downrange::sim

@@ -158,8 +158,8 @@ LaunchProfile read_profile(TomlSection toml) {
   return profile;
 }
 
-Phase read_phase(TomlSection toml) {
-  Phase phase;
+score::Phase read_phase(TomlSection toml) {
+  score::Phase phase;
   phase.name = toml.text("name");
   phase.from_s = toml.number("from_s", flight_time);
   phase.to_s = toml.number("to_s", flight_time);

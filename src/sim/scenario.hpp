@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "score/phase.hpp"
 #include "sim/launch_trajectory.hpp"
 #include "sim/scenario_error.hpp"
 
@@ -19,13 +20,6 @@ namespace downrange::sim {
 
 /// Seconds after lift-off, `first` <= t < `second`.
 using Window = std::pair<double, double>;
-
-/// Part of a flight that errors are summarised for, `from_s` <= t < `to_s` after lift-off.
-struct Phase {
-  std::string name;
-  double from_s = 0;
-  double to_s = 0;
-};
 
 /// Systematic errors of one radar: measured = true + bias. The target is first displaced in the radar's
 /// south-east-zenith axes, then the polar terms act, the azimuth scale about south (ALGORITHMS.md section 3).
@@ -95,7 +89,7 @@ struct Scenario {
   std::uint64_t seed = 1;
   bool simulated = true;  ///< the flag every message carries
   LaunchProfile profile;
-  std::vector<Phase> phases;
+  std::vector<score::Phase> phases;
   std::vector<RadarScenario> radars;
   std::vector<RadarScenario> angle_sensors;  ///< radars that tell no range: range noise and bias do not matter
   GpsScenario gps;

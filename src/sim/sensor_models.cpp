@@ -50,7 +50,7 @@ class OrderedLink {
   Time last_{INT64_MIN};
 };
 
-GpsFix make_fix(const Scenario& scenario, double t_s, const TrueState& state, const Eigen::Vector3d& error_enu,
+GpsFix make_fix(const Scenario& scenario, double t_s, const score::TrueState& state, const Eigen::Vector3d& error_enu,
                 const Eigen::Vector3d& velocity_error) {
   const GpsScenario& gps = scenario.gps;
   GpsFix fix;
@@ -72,7 +72,7 @@ GpsFix make_fix(const Scenario& scenario, double t_s, const TrueState& state, co
 }
 
 /// The receiver's fixes before any station relays them.
-std::vector<GpsFix> receiver_fixes(const Scenario& scenario, const TruthFunction& truth, std::uint64_t seed) {
+std::vector<GpsFix> receiver_fixes(const Scenario& scenario, const score::TruthFunction& truth, std::uint64_t seed) {
   const GpsScenario& gps = scenario.gps;
   RandomStream white(seed, "gps/white");
   RandomStream slow(seed, "gps/coloured");
@@ -91,7 +91,7 @@ std::vector<GpsFix> receiver_fixes(const Scenario& scenario, const TruthFunction
     const Eigen::Vector3d coloured(east.next(), north.next(), up.next());
     const Eigen::Vector3d error_enu = gps.sigma_enu_m.cwiseProduct(normal3()) + coloured;
     const Eigen::Vector3d velocity_error = gps.sigma_velocity_m_s * normal3();
-    const std::optional<TrueState> state = truth(scenario.liftoff + seconds(t_s));
+    const std::optional<score::TrueState> state = truth(scenario.liftoff + seconds(t_s));
     if (!state || inside(gps.outages, t_s)) continue;
     fixes.push_back(make_fix(scenario, t_s, *state, error_enu, velocity_error));
   }
@@ -131,7 +131,7 @@ Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias, const Atm
           q.elevation_rad + bias.offset.elevation_rad + bias.scale[2] * q.elevation_rad};
 }
 
-RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, const TruthFunction& truth,
+RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, const score::TruthFunction& truth,
                         std::uint64_t seed) {
   RadarRun run{draw_bias(radar, seed), {}, {}};
   RandomStream white(seed, stream_name("radar/white", radar.id));
@@ -157,7 +157,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
     const double delay_s = radar.latency_s + radar.latency_jitter_s * network.uniform(-1, 1);
 
     const Time true_time = scenario.liftoff + seconds(t_s - run.bias.time_tag_s);
-    const std::optional<TrueState> state = truth(true_time);
+    const std::optional<score::TrueState> state = truth(true_time);
     if (!state || dropped || inside(radar.outages, t_s)) continue;
     const Displacement<Enu> d_enu = radar.site.enu_of(state->position);
     const Polar q = polar_from_enu(d_enu);
@@ -189,7 +189,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
 }
 
 std::vector<AngleTspi> simulate_angles(const RadarScenario& sensor, const Scenario& scenario,
-                                       const TruthFunction& truth, std::uint64_t seed) {
+                                       const score::TruthFunction& truth, std::uint64_t seed) {
   std::vector<AngleTspi> angles;
   for (const RadarTspi& plot : simulate_radar(sensor, scenario, truth, seed).plots)
     angles.push_back({.sensor = plot.sensor,
@@ -204,7 +204,7 @@ std::vector<AngleTspi> simulate_angles(const RadarScenario& sensor, const Scenar
   return angles;
 }
 
-std::vector<GpsFix> simulate_gps(const Scenario& scenario, const TruthFunction& truth, std::uint64_t seed) {
+std::vector<GpsFix> simulate_gps(const Scenario& scenario, const score::TruthFunction& truth, std::uint64_t seed) {
   const std::vector<GpsFix> fixes = receiver_fixes(scenario, truth, seed);
   std::vector<GpsFix> relayed;
   for (const StationScenario& station : scenario.stations) {
@@ -216,7 +216,7 @@ std::vector<GpsFix> simulate_gps(const Scenario& scenario, const TruthFunction& 
       const double delay_s = scenario.gps.latency_s + station.delay_s + station.delay_jitter_s * random.uniform(-1, 1);
       const double t_s = (fix.epoch - scenario.liftoff).seconds();
       const Time sent = fix.epoch;
-      const std::optional<TrueState> state = truth(sent);
+      const std::optional<score::TrueState> state = truth(sent);
       const bool visible =
           polar_from_enu(station.site.enu_of(state->position)).elevation_rad >= station.elevation_min_rad;
       if (lost || !visible || inside(station.outages, t_s)) continue;

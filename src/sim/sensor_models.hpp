@@ -9,8 +9,8 @@
 #include <downrange/stage/event.hpp>
 #include <vector>
 
+#include "score/truth.hpp"
 #include "sim/scenario.hpp"
-#include "sim/truth.hpp"
 
 namespace downrange::sim {
 
@@ -28,16 +28,16 @@ struct RadarRun {
 };
 
 /// The plots of one radar. Noise does not depend on dropouts, outages, delays or other sensors.
-[[nodiscard]] RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, const TruthFunction& truth,
-                                      std::uint64_t seed);
+[[nodiscard]] RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario,
+                                      const score::TruthFunction& truth, std::uint64_t seed);
 
 /// The same of an angles-only tracker.
 [[nodiscard]] std::vector<AngleTspi> simulate_angles(const RadarScenario& sensor, const Scenario& scenario,
-                                                     const TruthFunction& truth, std::uint64_t seed);
+                                                     const score::TruthFunction& truth, std::uint64_t seed);
 
 /// The receiver's fixes as every station relayed them: one fix comes from several stations with equal epoch and
 /// position, sequences from 1 per station.
-[[nodiscard]] std::vector<GpsFix> simulate_gps(const Scenario& scenario, const TruthFunction& truth,
+[[nodiscard]] std::vector<GpsFix> simulate_gps(const Scenario& scenario, const score::TruthFunction& truth,
                                                std::uint64_t seed);
 
 }  // namespace downrange::sim

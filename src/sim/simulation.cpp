@@ -41,7 +41,7 @@ bool arrives_before(const Event& a, const Event& b) {
 
 Simulation::Simulation(const Scenario& scenario, std::uint64_t seed)
     : trajectory_(scenario.profile, scenario.liftoff, scenario.end_s + flight_margin_s) {
-  const TruthFunction truth = [this](Time t) { return trajectory_.at(t); };
+  const score::TruthFunction truth = [this](Time t) { return trajectory_.at(t); };
   for (const MissionEvent& event : mission_events(scenario)) events_.emplace_back(event);
   for (const RadarScenario& radar : scenario.radars) {
     RadarRun run = simulate_radar(radar, scenario, truth, seed);

@@ -28,7 +28,7 @@ class Simulation {
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
 
   /// The target's true state; on the pad before lift-off; nothing from 30 s after the scenario's end.
-  [[nodiscard]] std::optional<TrueState> truth(Time t) const { return trajectory_.at(t); }
+  [[nodiscard]] std::optional<score::TrueState> truth(Time t) const { return trajectory_.at(t); }
 
   [[nodiscard]] const LaunchTrajectory& trajectory() const { return trajectory_; }
   [[nodiscard]] const std::vector<RadarTruth>& radars() const { return radars_; }

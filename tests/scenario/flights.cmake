@@ -2,7 +2,7 @@ downrange_test(scenario_launch_test ${CMAKE_CURRENT_LIST_DIR}/launch_test.cpp LI
 downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_alarm_test.cpp
                LIBS downrange_sim downrange_config)
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp
-               LIBS downrange_sim downrange_config downrange_archive TIMEOUT 600)
+               LIBS downrange_experiment downrange_config downrange_archive TIMEOUT 600)
 target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp)
 
 # The binaries as a person uses them. Each takes a DDS domain of its own.

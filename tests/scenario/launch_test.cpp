@@ -8,18 +8,18 @@
 #include <nlohmann/json.hpp>
 
 #include "config/load.hpp"
-#include "sim/score.hpp"
+#include "score/scorer.hpp"
 #include "sim/simulation.hpp"
 
 namespace downrange {
 namespace {
 
-sim::Summary fly(std::uint64_t seed) {
+score::Summary fly(std::uint64_t seed) {
   const std::string root = DOWNRANGE_SOURCE_DIR;
   const auto config = config::load(root + "/config/naro.toml", {{"ingest.expect_simulated", "true", "test"}});
   const auto scenario = sim::load_scenario(root + "/tools/scenarios/launch.toml", config.range);
   const sim::Simulation flight(scenario, seed);
-  sim::Scorer scorer(
+  score::Scorer scorer(
       config.range, scenario.target, [&](Time t) { return flight.truth(t); }, scenario.liftoff, scenario.phases);
   for (const auto& radar : flight.radars())
     for (const std::uint64_t sequence : radar.outlier_sequences) scorer.mark_outlier(radar.sensor, sequence);
@@ -28,7 +28,7 @@ sim::Summary fly(std::uint64_t seed) {
   return scorer.summary();
 }
 
-const sim::TrajectoryScore& of(const sim::Summary& summary, const std::string& part) {
+const score::TrajectoryScore& of(const score::Summary& summary, const std::string& part) {
   for (const auto& t : summary.trajectories)
     if (t.label.find(part) != std::string::npos) return t;
   throw std::runtime_error("no trajectory labelled " + part);
@@ -36,7 +36,7 @@ const sim::TrajectoryScore& of(const sim::Summary& summary, const std::string& p
 
 TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    const sim::Summary summary = fly(seed);
+    const score::Summary summary = fly(seed);
     const auto& fused = of(summary, "joint");
     const auto& song = of(summary, "song2015");
     const auto& uncorrected = of(summary, "uncorrected");
@@ -69,7 +69,7 @@ TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
 /// A change of any figure of the flight is for a person to read: write the new summary only with a reason.
 TEST(Launch, SummaryIsTheCommittedOne) {
   const std::string committed_path = std::string(DOWNRANGE_SOURCE_DIR) + "/tests/scenario/launch-summary.json";
-  const std::string actual_text = sim::format_json(fly(1));
+  const std::string actual_text = score::format_json(fly(1));
   std::ifstream in(committed_path);
   if (!in) {
     std::ofstream("launch-summary.actual.json") << actual_text << '\n';

@@ -16,16 +16,16 @@
 
 #include "app/downrange/recorded_flights.hpp"
 #include "config/load.hpp"
-#include "sim/experiment/flights.hpp"
-#include "sim/experiment/report.hpp"
+#include "experiment/flights.hpp"
+#include "experiment/report.hpp"
 
 namespace downrange {
 namespace {
 
 namespace fs = std::filesystem;
-using sim::flights::FlightResult;
-using sim::flights::Flown;
-using sim::flights::RecordedFlight;
+using experiment::flights::FlightResult;
+using experiment::flights::Flown;
+using experiment::flights::RecordedFlight;
 
 #define DOWNRANGE_NEEDS_FLIGHT(name)               \
   if (!fs::exists(app::flights_folder("") / name)) \
@@ -61,15 +61,15 @@ INSTANTIATE_TEST_SUITE_P(Flights, RecordedFlightTest,
 TEST_P(RecordedFlightTest, ReachesItsFigures) {
   DOWNRANGE_NEEDS_FLIGHT(GetParam().flight);
   const RecordedFlight flight = app::load_flight(app::flights_folder(""), GetParam().flight);
-  sim::ExperimentOptions options;
+  experiment::ExperimentOptions options;
   options.jobs = 2;
-  const std::vector<FlightResult> flown = sim::flights::fly(std::span(&flight, 1), options);
-  const sim::ExperimentResult result = sim::flights_result(flown);
-  std::printf("%s", sim::format_text(result).c_str());
-  EXPECT_GE(std::ranges::count_if(result.figures, [](const sim::Figure& f) { return !f.reach.empty(); }), 16);
-  for (const sim::Figure& figure : result.figures) {
+  const std::vector<FlightResult> flown = experiment::flights::fly(std::span(&flight, 1), options);
+  const experiment::ExperimentResult result = experiment::flights_result(flown);
+  std::printf("%s", experiment::format_text(result).c_str());
+  EXPECT_GE(std::ranges::count_if(result.figures, [](const experiment::Figure& f) { return !f.reach.empty(); }), 16);
+  for (const experiment::Figure& figure : result.figures) {
     EXPECT_TRUE(figure.reached) << figure.what << ' ' << figure.measured << ' ' << figure.reach;
-    EXPECT_LE(figure.what.size(), sim::figure_name_width) << figure.what;
+    EXPECT_LE(figure.what.size(), experiment::figure_name_width) << figure.what;
   }
 
   const Flown& all = *flown.front().find("everything");
@@ -90,14 +90,14 @@ TEST_P(RecordedFlightTest, OutliersAreThoseThatWerePlanted) {
   DOWNRANGE_NEEDS_FLIGHT(GetParam().flight);
   const fs::path folder = app::flights_folder("");
   const RecordedFlight flight = app::load_flight(folder, GetParam().flight);
-  const sim::TruthTable truth(flight.truth);
+  const score::TruthTable truth(flight.truth);
   std::set<std::pair<std::string, std::uint64_t>> told;
   for (const Event& event : flight.events) {
     const auto* plot = std::get_if<RadarTspi>(&event);
     if (plot == nullptr) continue;
     const auto radar = std::ranges::find(flight.range.radars, plot->sensor, &RadarConfig::id);
     ASSERT_NE(radar, flight.range.radars.end());
-    if (sim::flights::is_outlier(*plot, *radar, truth)) told.emplace(plot->sensor.view(), plot->sequence);
+    if (experiment::flights::is_outlier(*plot, *radar, truth)) told.emplace(plot->sensor.view(), plot->sequence);
   }
   EXPECT_FALSE(told.empty());
   EXPECT_EQ(told, planted(folder / GetParam().flight));
@@ -107,12 +107,12 @@ TEST(RecordedFlights, AreTheSameOnAnyNumberOfThreads) {
   DOWNRANGE_NEEDS_FLIGHT("falcon9_crs11");
   RecordedFlight flight = app::load_flight(app::flights_folder(""), "falcon9_crs11");
   std::erase_if(flight.events, [&](const Event& e) { return received_of(e) > flight.liftoff + seconds(60); });
-  sim::ExperimentOptions options;
+  experiment::ExperimentOptions options;
   options.methods = {"joint", "uncorrected"};
   const auto page = [&](int jobs) {
     options.jobs = jobs;
-    const std::vector results{sim::run_flights(options, std::span(&flight, 1))};
-    return sim::format_json(results);
+    const std::vector results{experiment::run_flights(options, std::span(&flight, 1))};
+    return experiment::format_json(results);
   };
   EXPECT_EQ(page(1), page(3));
 }

@@ -11,12 +11,12 @@
 
 #include "../support/allocations.hpp"
 #include "../support/planar.hpp"
-#include "sim/experiment/augmented_filter.hpp"
+#include "experiment/augmented_filter.hpp"
 
 namespace downrange {
 namespace {
 
-using sim::AugmentedFilter;
+using experiment::AugmentedFilter;
 using test::planar_noise;
 using test::planar_transition;
 using test::RandomMatrices;

@@ -370,7 +370,7 @@ TEST(Gps, HasItsNoiseInLocalAxes) {
   const Simulation simulation(scenario, seed);
   std::vector<double> east, north, up, velocity;
   for (const GpsFix& fix : all_of<GpsFix>(simulation)) {
-    const TrueState truth = *simulation.truth(fix.epoch);
+    const score::TrueState truth = *simulation.truth(fix.epoch);
     const Eigen::Vector3d e =
         enu_from_ecef_at(geodetic_from_ecef(truth.position)).R * (fix.position.m - truth.position.m);
     east.push_back(e.x());

@@ -6,7 +6,6 @@
 
 #include "../support/vectors.hpp"
 #include "sim/launch_trajectory.hpp"
-#include "sim/truth.hpp"
 
 namespace downrange::sim {
 namespace {
@@ -67,7 +66,7 @@ TEST(LaunchTrajectory, CoastingKeepsTheEnergyOfTheRotatingFrame) {
     const double ratio = wgs84::semi_major_axis_m / r;
     return -wgs84::gm_m3_s2 / r * (1 - wgs84::j2 * ratio * ratio * (1.5 * s * s - 0.5));
   };
-  const auto energy = [&](const TrueState& x) {
+  const auto energy = [&](const score::TrueState& x) {
     const double w = wgs84::rotation_rate_rad_s;
     return 0.5 * x.velocity.m_s.squaredNorm() - 0.5 * w * w * x.position.m.head<2>().squaredNorm() +
            potential(x.position.m);
@@ -96,30 +95,6 @@ TEST(LaunchTrajectory, RefusesAnEmptyProfile) {
   profile.burns.clear();
   EXPECT_THROW(LaunchTrajectory(profile, liftoff, 480), std::invalid_argument);
   EXPECT_THROW(LaunchTrajectory(naro_launch_profile(), liftoff, 0), std::invalid_argument);
-}
-
-TEST(TruthTable, IsExactForACubic) {
-  const auto state = [](double t) {
-    const Eigen::Vector3d c0(1, 2, 3), c1(4, -5, 6), c2(0.7, 0.8, -0.9), c3(-0.01, 0.02, 0.03);
-    return TrueState{{c0 + t * (c1 + t * (c2 + t * c3))}, {c1 + t * (2 * c2 + t * 3 * c3)}};
-  };
-  std::vector<TruthSample> samples;
-  for (const double t : {0.0, 1.0, 2.5, 7.0}) samples.push_back({Time{0} + seconds(t), state(t)});
-  const TruthTable table(samples);
-  for (const double t : {0.0, 0.3, 1.0, 2.0, 2.5, 6.99, 7.0}) {
-    const auto x = table.at(Time{0} + seconds(t));
-    ASSERT_TRUE(x) << t;
-    EXPECT_LT((x->position.m - state(t).position.m).norm(), 1e-12) << t;
-    EXPECT_LT((x->velocity.m_s - state(t).velocity.m_s).norm(), 1e-12) << t;
-  }
-  EXPECT_FALSE(table.at(Time{-1}));
-  EXPECT_FALSE(table.at(Time{0} + seconds(7) + Duration{1}));
-}
-
-TEST(TruthTable, RefusesTimesThatDoNotIncrease) {
-  EXPECT_THROW(TruthTable({{Time{1}, {}}}), std::invalid_argument);
-  EXPECT_THROW(TruthTable({{Time{1}, {}}, {Time{1}, {}}}), std::invalid_argument);
-  EXPECT_THROW(TruthTable({{Time{2}, {}}, {Time{1}, {}}}), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "sim/experiment/experiment.hpp"
+#include "experiment/experiment.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "command.hpp"
+#include "experiment/flights.hpp"
+#include "experiment/report.hpp"
 #include "progress.hpp"
 #include "recorded_flights.hpp"
-#include "sim/experiment/flights.hpp"
-#include "sim/experiment/report.hpp"
 
 namespace downrange::app {
 namespace {
@@ -33,26 +33,26 @@ struct Options {
 };
 
 /// Those of the papers, then the recorded flights that `folder` has.
-std::vector<sim::Experiment> all_experiments(const std::filesystem::path& folder) {
-  std::vector<sim::Experiment> experiments = sim::experiments();
-  const auto fly = [folder](const sim::ExperimentOptions& options) {
-    std::vector<sim::flights::RecordedFlight> loaded;
+std::vector<experiment::Experiment> all_experiments(const std::filesystem::path& folder) {
+  std::vector<experiment::Experiment> experiments = experiment::experiments();
+  const auto fly = [folder](const experiment::ExperimentOptions& options) {
+    std::vector<experiment::flights::RecordedFlight> loaded;
     for (const std::string& flight : flights_in(folder)) loaded.push_back(load_flight(folder, flight));
-    return sim::run_flights(options, loaded);
+    return experiment::run_flights(options, loaded);
   };
   experiments.push_back({flights, "recorded flights (--data): position, biases, gate, sources switched off", 0,
-                         sim::flight_methods(), fly});
+                         experiment::flight_methods(), fly});
   return experiments;
 }
 
 std::vector<std::string> names() {
   std::vector<std::string> names;
-  for (const sim::Experiment& e : all_experiments({})) names.emplace_back(e.name);
+  for (const experiment::Experiment& e : all_experiments({})) names.emplace_back(e.name);
   return names;
 }
 
 int list() {
-  for (const sim::Experiment& e : all_experiments({})) {
+  for (const experiment::Experiment& e : all_experiments({})) {
     std::cout << e.name << ": " << e.help << "\n    ";
     if (e.runs > 0) std::cout << e.runs << " runs; ";
     std::cout << "methods";
@@ -63,9 +63,9 @@ int list() {
 }
 
 /// What can be known to be wrong before hours of computing. Throws CLI::ValidationError.
-void check_methods(const sim::Experiment& experiment, const std::vector<std::string>& methods) {
+void check_methods(const experiment::Experiment& experiment, const std::vector<std::string>& methods) {
   try {
-    (void)sim::chosen_methods(methods, experiment.methods);
+    (void)experiment::chosen_methods(methods, experiment.methods);
   } catch (const std::invalid_argument& e) {
     throw CLI::ValidationError("--methods", std::string(experiment.name) + ": " + e.what());
   }
@@ -98,9 +98,9 @@ bool has_flights(const Options& o, const std::filesystem::path& folder) {
   return false;
 }
 
-std::vector<sim::Experiment> chosen_experiments(const Options& o, const std::filesystem::path& folder) {
-  std::vector<sim::Experiment> chosen;
-  for (const sim::Experiment& e : all_experiments(folder)) {
+std::vector<experiment::Experiment> chosen_experiments(const Options& o, const std::filesystem::path& folder) {
+  std::vector<experiment::Experiment> chosen;
+  for (const experiment::Experiment& e : all_experiments(folder)) {
     if (o.name != all && o.name != e.name) continue;
     check_methods(e, o.methods);
     if (e.name != flights || has_flights(o, folder)) chosen.push_back(e);
@@ -127,20 +127,20 @@ void check_outputs(const Options& o, const std::filesystem::path& folder) {
 int run_experiments(const Options& o) {
   check_options(o);
   const std::filesystem::path folder = flights_folder(o.data);
-  const std::vector<sim::Experiment> chosen = chosen_experiments(o, folder);
+  const std::vector<experiment::Experiment> chosen = chosen_experiments(o, folder);
   check_outputs(o, folder);
-  std::vector<sim::ExperimentResult> results;
-  for (const sim::Experiment& e : chosen) {
+  std::vector<experiment::ExperimentResult> results;
+  for (const experiment::Experiment& e : chosen) {
     Progress progress{std::string(e.name)};
     const auto show = [&progress](double fraction) { progress.show(fraction); };
     results.push_back(
         e.run({.runs = o.runs, .seed = o.seed.value_or(1), .jobs = o.jobs, .methods = o.methods, .progress = show}));
     progress.done();
-    std::cout << sim::format_text(results.back()) << std::endl;
+    std::cout << experiment::format_text(results.back()) << std::endl;
   }
-  if (!o.json.empty()) write(o.json, sim::format_json(results));
-  if (!o.html.empty()) write(o.html, sim::format_html(results));
-  return std::all_of(results.begin(), results.end(), sim::all_reached) ? exit_ok : exit_failed;
+  if (!o.json.empty()) write(o.json, experiment::format_json(results));
+  if (!o.html.empty()) write(o.html, experiment::format_html(results));
+  return std::all_of(results.begin(), results.end(), experiment::all_reached) ? exit_ok : exit_failed;
 }
 
 }  // namespace

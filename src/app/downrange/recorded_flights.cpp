@@ -62,8 +62,8 @@ std::vector<std::string> files_of_flight(const fs::path& folder, const std::stri
   return files;
 }
 
-sim::flights::RecordedFlight load_flight(const fs::path& folder, const std::string& flight) {
-  sim::flights::RecordedFlight loaded;
+experiment::flights::RecordedFlight load_flight(const fs::path& folder, const std::string& flight) {
+  experiment::flights::RecordedFlight loaded;
   loaded.name = flight;
   loaded.range = config::load(range_file()).range;
   const TemporaryArchive file(flight);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/experiment/flights_replay.hpp"
+#include "experiment/flights_replay.hpp"
 
 namespace downrange::app {
 
@@ -21,6 +21,7 @@ namespace downrange::app {
 
 /// Imports it by its mapping in tools/imports. Throws ImportError, ArchiveError, ConfigError, or std::runtime_error
 /// where the flight has no true trajectory.
-[[nodiscard]] sim::flights::RecordedFlight load_flight(const std::filesystem::path& folder, const std::string& flight);
+[[nodiscard]] experiment::flights::RecordedFlight load_flight(const std::filesystem::path& folder,
+                                                              const std::string& flight);
 
 }  // namespace downrange::app

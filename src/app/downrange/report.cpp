@@ -9,8 +9,8 @@
 #include "calibration.hpp"
 #include "flight.hpp"
 #include "progress.hpp"
+#include "score/scorer.hpp"
 #include "sim/scenario.hpp"
-#include "sim/score.hpp"
 
 namespace downrange::app {
 namespace {
@@ -40,12 +40,12 @@ bool judge_end(const archive::Reader& reader, const std::string& path) {
 struct FlightTruth {
   Name target;  ///< the first that the archive has truth of
   bool cut_off = false;
-  sim::TruthTable table;
+  score::TruthTable table;
 };
 
 FlightTruth read_truth(const std::string& path) {
   archive::Reader reader(path);
-  std::vector<sim::TruthSample> samples;
+  std::vector<score::TruthSample> samples;
   Name target;
   while (const auto entry = reader.next()) {
     const auto* truth = std::get_if<archive::Truth>(&entry->record);
@@ -56,7 +56,7 @@ FlightTruth read_truth(const std::string& path) {
   }
   const bool cut_off = judge_end(reader, path);
   if (samples.size() < 2) throw std::runtime_error(path + " holds no true trajectory: name one with --truth");
-  return {.target = target, .cut_off = cut_off, .table = sim::TruthTable(std::move(samples))};
+  return {.target = target, .cut_off = cut_off, .table = score::TruthTable(std::move(samples))};
 }
 
 /// Plots that no noise explains: further than this many sigma from the median of their 10 s. A slow bias is no outlier.
@@ -64,8 +64,8 @@ constexpr double outlier_sigmas = 10;
 constexpr double outlier_bin_s = 10;
 
 /// Marks the outliers among a flight's plots by the truth, so that systematic errors are those of the good plots.
-void mark_outliers(const std::string& flight, const RangeConfig& range, const sim::TruthTable& truth,
-                   sim::Scorer& scorer) {
+void mark_outliers(const std::string& flight, const RangeConfig& range, const score::TruthTable& truth,
+                   score::Scorer& scorer) {
   struct Plot {
     std::uint64_t sequence;
     std::array<double, 3> sigmas;  ///< error of range, azimuth, elevation over its 1-sigma
@@ -145,7 +145,7 @@ int report(const Options& o) {
   }
   if (!o.calibration.empty()) return write_calibration(o.flight, o.method, o.calibration, config);
   const FlightTruth known = read_truth(o.truth.empty() ? o.flight : o.truth);
-  const sim::TruthTable& truth = known.table;
+  const score::TruthTable& truth = known.table;
 
   Marks marks;
   bool has_results = false;
@@ -169,12 +169,12 @@ int report(const Options& o) {
   if (!has_results)
     throw std::runtime_error(o.flight + " holds no trajectory: run downrange replay " + o.flight + " --out FILE first");
   const Time liftoff = marks.liftoff.value_or(*marks.first);
-  std::vector<sim::Phase> phases;
+  std::vector<score::Phase> phases;
   if (!o.scenario.empty()) phases = sim::load_scenario(o.scenario, config.range).phases;
   if (phases.empty())
     phases.push_back({"flight", (*marks.first - liftoff).seconds() - 1, (marks.last - liftoff).seconds() + 1});
 
-  sim::Scorer scorer(
+  score::Scorer scorer(
       config.range, known.target, [&](Time t) { return truth.at(t); }, liftoff, phases);
   mark_outliers(o.flight, config.range, truth, scorer);
 
@@ -210,12 +210,12 @@ int report(const Options& o) {
   progress.show(1);
   progress.done();
 
-  const sim::Summary summary = scorer.summary();
-  std::cout << sim::format_text(summary);
+  const score::Summary summary = scorer.summary();
+  std::cout << score::format_text(summary);
   if (commands_from_consumer) print_service_status(o.received);
   if (!o.json.empty()) {
     std::ofstream out(o.json);
-    out << sim::format_json(summary) << '\n';
+    out << score::format_json(summary) << '\n';
     if (!out.flush()) throw std::runtime_error(o.json + ": cannot be written");
   }
   return cut_off ? exit_cut_off : exit_ok;

@@ -1,0 +1,227 @@
+#include "experiment/flights_replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <downrange/geo/polar.hpp>
+#include <downrange/geo/refraction.hpp>
+#include <downrange/stage/engine.hpp>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+
+namespace downrange::experiment::flights {
+namespace {
+
+constexpr double outlier_range_m = 200;
+constexpr double outlier_angle_rad = 0.6 * std::numbers::pi / 180;
+/// Further behind a plot than this, a track says nothing about it.
+constexpr double longest_prediction_s = 0.5;
+
+/// As a trajectory carries it: rows of the upper triangle.
+Eigen::MatrixXd covariance_of(const Trajectory& t) {
+  Eigen::MatrixXd P(t.state_size, t.state_size);
+  std::size_t k = 0;
+  for (int row = 0; row < t.state_size; ++row)
+    for (int column = row; column < t.state_size; ++column) P(row, column) = P(column, row) = t.covariance[k++];
+  return P;
+}
+
+Gaussian<3> position_at(const Trajectory& t, Time epoch) {
+  const double dt = (epoch - t.epoch).seconds();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3, t.state_size);
+  A.leftCols<3>().diagonal().setOnes();
+  A.middleCols<3>(3).diagonal().setConstant(dt);
+  if (t.state_size == 9) A.rightCols<3>().diagonal().setConstant(dt * dt / 2);
+  const auto x = Eigen::Map<const Eigen::VectorXd>(t.state.data(), t.state_size);
+  return {A * x, A * covariance_of(t) * A.transpose()};
+}
+
+double time_tag_of(const SensorBias& bias) {
+  const auto end = bias.term.begin() + bias.terms;
+  const auto found = std::find(bias.term.begin(), end, BiasTerm::TimeTag);
+  return found == end ? 0 : bias.value[static_cast<std::size_t>(found - bias.term.begin())];
+}
+
+/// Passes everything on to the scorer and keeps what it does not.
+class Recorder final : public ResultSink {
+ public:
+  Recorder(ResultSink& scorer, const RecordedFlight& flight, const score::TruthTable& truth, Flown& flown)
+      : scorer_(scorer), flight_(flight), truth_(truth), flown_(flown) {
+    for (const RadarConfig& radar : flight.range.radars) {
+      if (flown.replay.in_order && radar.refractivity > 0)
+        air_.emplace(radar.id, RefractionTable(atmosphere_over(radar.site.geodetic(), radar.refractivity)));
+    }
+  }
+
+  void emit(const Result& result) override {
+    scorer_.emit(result);
+    if (const auto* bias = std::get_if<SensorBias>(&result)) take(*bias);
+    if (const auto* trajectory = std::get_if<Trajectory>(&result)) take(*trajectory);
+  }
+
+  /// Before the engine has the plot.
+  void before(const RadarTspi& plot, const RadarConfig& radar, bool outlier) {
+    plot_ = &plot;
+    accepted_ = false;
+    nis_ = {};
+    if (flown_.replay.in_order && !outlier) note_residuals(plot, radar);
+  }
+  /// After it.
+  void after(bool outlier) {
+    GateCount& gate = flown_.gate;
+    ++(outlier ? gate.outliers : gate.plots);
+    if (!accepted_) ++(outlier ? gate.outliers_rejected : gate.plots_rejected);
+    // A plot that is rejected has no trajectory, and is outside whatever its NIS.
+    if (flown_.replay.in_order && !outlier && (nis_ || !accepted_))
+      flown_.nis[plot_->sensor].add(nis_ ? nis_->first : std::numeric_limits<double>::quiet_NaN(),
+                                    nis_ ? nis_->second : 3);
+    plot_ = nullptr;
+  }
+
+ private:
+  [[nodiscard]] bool is_primary(const Name& method) const { return method == flown_.replay.methods.front(); }
+
+  /// A method tells a radar's bias with each of its plots that it takes, and only then.
+  void take(const SensorBias& bias) {
+    newest_bias_[{bias.method, bias.sensor}] = bias;
+    if (!is_primary(bias.method)) return;
+    flown_.bias[bias.sensor] = bias;
+    accepted_ = accepted_ || (plot_ != nullptr && bias.sensor == plot_->sensor);
+  }
+
+  void take(const Trajectory& t) {
+    if (t.target != flight_.target) return;
+    if (is_primary(t.method) && plot_ != nullptr && t.epoch == plot_->epoch) nis_ = std::pair(t.nis, t.nis_dof);
+    newest_track_[t.method] = t;
+    const std::optional<score::TrueState> truth = truth_.at(t.epoch);
+    if (!truth) return;
+    const Eigen::MatrixXd P = covariance_of(t);
+    const auto second = static_cast<std::int64_t>(std::floor((t.epoch - flight_.liftoff).seconds()));
+    Second& s = flown_.error[t.method][second];
+    s.square += (Eigen::Vector3d::Map(t.state.data()) - truth->position.m).squaredNorm();
+    s.variance += P.topLeftCorner<3, 3>().trace();
+    ++s.count;
+  }
+
+  void note_residuals(const RadarTspi& plot, const RadarConfig& radar) {
+    for (const auto& [method, track] : newest_track_) {
+      if (std::abs((plot.epoch - track.epoch).seconds()) > longest_prediction_s) continue;
+      const SensorBias& bias = newest_bias_[{method, plot.sensor}];
+      const auto terms = static_cast<std::size_t>(bias.terms);
+      Polar z = compensate(plot.measured, std::span(bias.term).first(terms), std::span(bias.value).first(terms));
+      if (const auto air = air_.find(plot.sensor); air != air_.end()) {
+        const Refraction bent = air->second.at_measured(z.range_m, z.elevation_rad);
+        z.range_m -= bent.range_m;
+        z.elevation_rad -= bent.elevation_rad;
+      }
+      const Gaussian<3> x = position_at(track, plot.epoch - seconds(time_tag_of(bias)));
+      const Displacement<Enu> d_enu = radar.site.enu_of({x.mean});
+      const Polar q = polar_from_enu(d_enu);
+      const double on_sky = std::cos(q.elevation_rad);
+      Eigen::Matrix3d H = d_polar_d_enu(d_enu) * radar.site.R_enu_ecef().R;
+      H.row(1) *= on_sky;
+      const double inflation = std::sqrt(radar.angle_inflation);
+      const Eigen::Vector3d noise(radar.sigma.range_m,
+                                  inflation * radar.sigma.azimuth_rad * (radar.azimuth_sigma_on_sky ? 1 : on_sky),
+                                  inflation * radar.sigma.elevation_rad);
+      flown_.residuals[method][plot.sensor].push_back(
+          {.t_s = (plot.epoch - flight_.liftoff).seconds(),
+           .value = {z.range_m - q.range_m, wrap_pi(z.azimuth_rad - q.azimuth_rad) * on_sky,
+                     z.elevation_rad - q.elevation_rad},
+           .sigma = ((H * x.cov * H.transpose()).diagonal() + noise.cwiseAbs2()).cwiseSqrt()});
+    }
+  }
+
+  ResultSink& scorer_;
+  const RecordedFlight& flight_;
+  const score::TruthTable& truth_;
+  Flown& flown_;
+  std::map<Name, RefractionTable> air_;
+  std::map<std::pair<Name, Name>, SensorBias> newest_bias_;  // by method and radar
+  std::map<Name, Trajectory> newest_track_;                  // by method
+  const RadarTspi* plot_ = nullptr;                          // in the engine's hands
+  bool accepted_ = false;
+  std::optional<std::pair<double, int>> nis_;
+};
+
+Time epoch_of(const Event& event) {
+  return std::visit([](const auto& e) { return e.epoch; }, event);
+}
+
+/// What arrives, in its order, from sources that are switched on.
+std::vector<Event> arrivals(const RecordedFlight& flight, const Replay& replay) {
+  const auto is_off = [&](const Event& event) {
+    const auto* plot = std::get_if<RadarTspi>(&event);
+    const auto* fix = std::get_if<GpsFix>(&event);
+    const Name source = plot != nullptr ? plot->sensor : fix != nullptr ? fix->station : Name();
+    return std::find(replay.without.begin(), replay.without.end(), source) != replay.without.end();
+  };
+  std::vector<Event> events;
+  for (const Event& event : flight.events) {
+    if (is_off(event)) continue;
+    events.push_back(event);
+    if (replay.in_order) set_received(events.back(), epoch_of(event));
+  }
+  if (replay.in_order) {
+    const auto earlier = [](const Event& a, const Event& b) { return epoch_of(a) < epoch_of(b); };
+    std::stable_sort(events.begin(), events.end(), earlier);
+  }
+  return events;
+}
+
+}  // namespace
+
+score::PositionScore Flown::position(const Name& method, std::size_t phase) const {
+  const std::string name(method.view());
+  for (const score::TrajectoryScore& t : summary.trajectories) {
+    // The first method's row is "label (method)".
+    if (t.label == name || t.label.ends_with("(" + name + ")")) return t.phases[phase];
+  }
+  return {};
+}
+
+bool is_outlier(const RadarTspi& plot, const RadarConfig& radar, const score::TruthTable& truth) {
+  const std::optional<score::TrueState> state = truth.at(plot.epoch);
+  if (!state) return false;
+  const Polar q = polar_from_enu(radar.site.enu_of(state->position));
+  const double azimuth = wrap_pi(plot.measured.azimuth_rad - q.azimuth_rad) * std::cos(q.elevation_rad);
+  const double angle = std::max(std::abs(azimuth), std::abs(plot.measured.elevation_rad - q.elevation_rad));
+  return std::abs(plot.measured.range_m - q.range_m) > outlier_range_m || angle > outlier_angle_rad;
+}
+
+Flown fly(const RecordedFlight& flight, const Replay& replay) {
+  RangeConfig range = flight.range;
+  range.fuse.methods = replay.methods;
+  range.fuse.publish_on_data = !replay.on_ticks;
+  if (!replay.points) range.antennas.clear();
+  const score::TruthTable truth(flight.truth);
+  score::Scorer scorer(
+      range, flight.target, [&truth](Time t) { return truth.at(t); }, flight.liftoff, replay.phases);
+  Flown flown;
+  flown.replay = replay;
+  Recorder recorder(scorer.open_run(replay.label), flight, truth, flown);
+  Engine engine(range, {}, recorder);
+  Time last;
+  for (const Event& event : arrivals(flight, replay)) {
+    const Event admitted = engine.admit(event);
+    last = received_of(admitted);
+    const auto* plot = std::get_if<RadarTspi>(&admitted);
+    const auto radar = std::find_if(range.radars.begin(), range.radars.end(),
+                                    [&](const RadarConfig& r) { return plot != nullptr && r.id == plot->sensor; });
+    if (radar == range.radars.end()) {
+      engine.handle(admitted);
+      continue;
+    }
+    const bool outlier = is_outlier(*plot, *radar, truth);
+    if (outlier) scorer.mark_outlier(plot->sensor, plot->sequence);
+    recorder.before(*plot, *radar, outlier);
+    engine.handle(admitted);
+    recorder.after(outlier);
+  }
+  engine.advance_to(last + seconds(2));  // commands of the last second
+  flown.summary = scorer.summary();
+  return flown;
+}
+
+}  // namespace downrange::experiment::flights

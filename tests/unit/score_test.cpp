@@ -1,0 +1,449 @@
+/// The score of results whose errors are known by construction.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "score/scorer.hpp"
+
+namespace downrange::score {
+namespace {
+
+constexpr double deg = std::numbers::pi / 180;
+constexpr Time liftoff{1'772'352'000'000'000'000};
+
+RangeConfig make_range() {
+  RangeConfig range;
+  range.fuse.methods = {"song2015"};
+  range.targets = {{"kslv"}};
+  RadarConfig radar;
+  radar.id = "goheung";
+  radar.site = Site({34.4450 * deg, 127.5200 * deg, 120});
+  range.radars = {radar};
+  AntennaConfig antenna;
+  antenna.id = "dish";
+  antenna.site = Site({34.0 * deg, 127.0 * deg, 50});
+  range.antennas = {antenna};
+  return range;
+}
+
+/// Straight and level over Jeju, known from lift-off to 100 s.
+std::optional<TrueState> truth(Time t) {
+  const double t_s = (t - liftoff).seconds();
+  if (t_s < 0 || t_s > 100) return std::nullopt;
+  static const Position<Ecef> start = ecef_from_geodetic({33.5 * deg, 127.2 * deg, 80e3});
+  const Eigen::Vector3d v(900, 400, -700);
+  return TrueState{{start.m + v * t_s}, {v}};
+}
+
+Time at(double t_s) { return liftoff + seconds(t_s); }
+
+/// Off by `error` (ECEF), claiming `sigma` on every position axis.
+Trajectory make_trajectory(double t_s, const Eigen::Vector3d& error, double sigma, const Name& method = "song2015") {
+  Trajectory trajectory;
+  trajectory.target = "kslv";
+  trajectory.method = method;
+  trajectory.primary = method == Name("song2015");
+  trajectory.epoch = at(t_s);
+  const auto state = truth(at(t_s));
+  if (state) Eigen::Vector3d::Map(trajectory.state.data()) = state->position.m + error;
+  trajectory.covariance[0] = sigma * sigma;   // xx of the 6 x 6 triangle
+  trajectory.covariance[6] = sigma * sigma;   // yy
+  trajectory.covariance[11] = sigma * sigma;  // zz
+  return trajectory;
+}
+
+Observation make_plot(std::uint64_t sequence, double t_s, const Polar& bias, double time_tag_s = 0) {
+  Observation plot;
+  plot.sensor = "goheung";
+  plot.target = "kslv";
+  plot.sequence = sequence;
+  plot.epoch = at(t_s);
+  const Polar q = polar_from_enu(make_range().radars[0].site.enu_of(truth(at(t_s - time_tag_s))->position));
+  plot.measured = {q.range_m + bias.range_m, wrap_two_pi(q.azimuth_rad + bias.azimuth_rad),
+                   q.elevation_rad + bias.elevation_rad};
+  return plot;
+}
+
+SensorBias make_bias(std::initializer_list<std::pair<BiasTerm, double>> terms) {
+  SensorBias bias;
+  bias.sensor = "goheung";
+  bias.method = "song2015";
+  for (const auto& [term, value] : terms) {
+    bias.term[static_cast<std::size_t>(bias.terms)] = term;
+    bias.value[static_cast<std::size_t>(bias.terms++)] = value;
+  }
+  return bias;
+}
+
+Polar look(double t_s) { return polar_from_enu(make_range().antennas[0].site.enu_of(truth(at(t_s))->position)); }
+
+SlavingCommand make_command(double t_s, double azimuth_error_rad, double elevation_error_rad, double sigma_rad) {
+  SlavingCommand command;
+  command.antenna = "dish";
+  command.target = "kslv";
+  command.apply_at = at(t_s);
+  command.age_s = 0.1;
+  command.azimuth_rad = look(t_s).azimuth_rad + azimuth_error_rad;
+  command.elevation_rad = look(t_s).elevation_rad + elevation_error_rad;
+  command.sigma_azimuth_rad = sigma_rad;
+  command.sigma_elevation_rad = sigma_rad;
+  return command;
+}
+
+Scorer make_scorer() {
+  return {make_range(), "kslv", truth, liftoff, {{"first", 0, 50}, {"second", 50, 60}, {"empty", 200, 300}}};
+}
+
+TEST(PositionScore, IsPerPhaseAndMethod) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  // 100 errors of 1 to 100 m in the first phase, one of 7 m in the second, one without truth.
+  for (int i = 1; i <= 100; ++i) run.emit(make_trajectory(i * 0.4, Eigen::Vector3d(0, i, 0), 20));
+  run.emit(make_trajectory(50, Eigen::Vector3d(2, 3, 6), 1));
+  run.emit(make_trajectory(101, Eigen::Vector3d(1e6, 0, 0), 1));
+  Trajectory other_target = make_trajectory(51, Eigen::Vector3d(1e6, 0, 0), 1);
+  other_target.target = "other";
+  run.emit(other_target);
+  run.emit(make_trajectory(55, Eigen::Vector3d(0, 0, 9), 1, "joint"));
+  ResultSink& alone = scorer.open_run("goheung alone");
+  alone.emit(make_trajectory(51, Eigen::Vector3d(60, 0, 80), 50));
+  alone.emit(make_trajectory(52, Eigen::Vector3d(1e6, 0, 0), 50, "joint"));
+
+  const Summary summary = scorer.summary();
+  ASSERT_EQ(summary.trajectories.size(), 3u);
+  EXPECT_EQ(summary.trajectories[0].label, "fused (song2015)");
+  EXPECT_EQ(summary.trajectories[1].label, "joint");
+  EXPECT_EQ(summary.trajectories[2].label, "goheung alone");
+  const PositionScore& first = summary.trajectories[0].phases[0];
+  EXPECT_EQ(first.samples, 100u);
+  EXPECT_NEAR(first.rms_m, std::sqrt(101 * 201 / 6.0), 1e-6);  // sum of squares: n (n + 1) (2 n + 1) / 6
+  EXPECT_NEAR(first.p95_m, 95, 1e-6);
+  EXPECT_NEAR(first.worst_m, 100, 1e-6);
+  EXPECT_NEAR(first.inside_95, 0.55, 1e-12);  // up to 20 sqrt(7.8147) = 55.9 m
+  const PositionScore& second = summary.trajectories[0].phases[1];
+  EXPECT_EQ(second.samples, 1u);
+  EXPECT_NEAR(second.rms_m, 7, 1e-6);
+  EXPECT_EQ(second.inside_95, 0);
+  EXPECT_EQ(summary.trajectories[0].phases[2].samples, 0u);
+  EXPECT_NEAR(summary.trajectories[1].phases[1].rms_m, 9, 1e-6);
+  EXPECT_NEAR(summary.trajectories[2].phases[1].rms_m, 100, 1e-6);
+  EXPECT_EQ(summary.trajectories[2].phases[1].inside_95, 1);
+}
+
+TEST(PositionScore, EllipsoidTakesTheWholeCovarianceOfEitherStateSize) {
+  // Variance 100 along (1, 1, 0)/sqrt 2 and 1 across: an error of 20 along is inside, across it is not.
+  for (const int size : {6, 9}) {
+    Scorer scorer = make_scorer();
+    ResultSink& run = scorer.open_run("fused");
+    for (const double side : {1.0, -1.0}) {
+      Trajectory trajectory = make_trajectory(1, Eigen::Vector3d(1, side, 0).normalized() * 20, 0);
+      trajectory.state_size = size;
+      trajectory.covariance = {};
+      trajectory.covariance[0] = 50.5;                                    // xx
+      trajectory.covariance[1] = 49.5;                                    // xy
+      trajectory.covariance[static_cast<std::size_t>(size)] = 50.5;       // yy
+      trajectory.covariance[static_cast<std::size_t>(2 * size - 1)] = 1;  // zz
+      run.emit(trajectory);
+    }
+    EXPECT_EQ(scorer.summary().trajectories[0].phases[0].inside_95, 0.5) << size;
+  }
+}
+
+TEST(PositionScore, ACovarianceThatIsNoneCountsAsOutside) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_trajectory(1, Eigen::Vector3d::Zero(), 0));
+  run.emit(make_trajectory(2, Eigen::Vector3d::Zero(), std::nan("")));
+  EXPECT_EQ(scorer.summary().trajectories[0].phases[0].inside_95, 0);
+}
+
+TEST(RadarScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  const Polar bias{30, 0.05 * deg, -0.02 * deg};
+  std::uint64_t sequence = 0;
+  double cos_squares = 0;
+  // Noise that alternates vanishes in each mean. The bias becomes known at 50 s.
+  for (int i = 0; i < 1000; ++i) {
+    if (i == 500)
+      run.emit(make_bias({{BiasTerm::OffsetRange, 30},
+                          {BiasTerm::OffsetAzimuth, 0.05 * deg},
+                          {BiasTerm::OffsetElevation, -0.02 * deg}}));
+    const double noise = i % 2 == 0 ? 25 : -25;
+    run.emit(make_plot(++sequence, i * 0.1, {bias.range_m + noise, bias.azimuth_rad, bias.elevation_rad}));
+    const double c = std::cos(make_plot(0, i * 0.1, {}).measured.elevation_rad);
+    if (i < 600) cos_squares += c * c / 600;
+  }
+  const RadarScore score = scorer.summary().radars.at(0);
+  EXPECT_EQ(score.plots, 600u);  // what comes after the phases is not scored
+  EXPECT_NEAR(score.before.range_m, 30, 1e-6);
+  EXPECT_NEAR(score.before.azimuth_rad, 0.05 * deg * std::sqrt(cos_squares), 1e-4 * deg);
+  EXPECT_NEAR(score.before.elevation_rad, 0.02 * deg, 1e-12);
+  EXPECT_NEAR(score.after.range_m, 30 * std::sqrt(5.0 / 6), 1e-6);  // five of six intervals
+  EXPECT_NEAR(score.after.elevation_rad, 0.02 * deg * std::sqrt(5.0 / 6), 1e-12);
+}
+
+TEST(RadarScore, TakesOutCartesianAndTimeTerms) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_bias({{BiasTerm::TimeTag, 0.02}}));
+  for (std::uint64_t i = 1; i <= 90; ++i) run.emit(make_plot(i, static_cast<double>(i), {}, 0.02));
+  const RadarScore late_stamps = scorer.summary().radars.at(0);
+  EXPECT_GT(late_stamps.before.range_m, 1);
+  EXPECT_LT(late_stamps.after.range_m, 1e-6);
+
+  Scorer cartesian_scorer = make_scorer();
+  ResultSink& cartesian = cartesian_scorer.open_run("fused");
+  cartesian.emit(make_bias({{BiasTerm::OffsetSouth, 40}, {BiasTerm::OffsetEast, -30}, {BiasTerm::OffsetZenith, 20}}));
+  for (std::uint64_t i = 1; i <= 90; ++i) {
+    Observation plot = make_plot(i, static_cast<double>(i), {});
+    const Eigen::Vector3d moved = enu_from_polar(plot.measured).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
+    plot.measured = polar_from_enu({moved});
+    cartesian.emit(plot);
+  }
+  const RadarScore moved = cartesian_scorer.summary().radars.at(0);
+  EXPECT_GT(moved.before.range_m, 10);
+  EXPECT_LT(moved.after.range_m, 1e-6);
+  EXPECT_LT(moved.after.azimuth_rad, 1e-12);
+  EXPECT_LT(moved.after.elevation_rad, 1e-12);
+}
+
+TEST(RadarScore, LeavesOutRejectedPlotsOutliersAndOtherMethodsBiases) {
+  Scorer scorer = make_scorer();
+  scorer.mark_outlier("goheung", 2);
+  ResultSink& run = scorer.open_run("fused");
+  SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
+  other.method = "joint";
+  run.emit(other);
+  run.emit(make_plot(1, 1, {10, 0, 0}));
+  run.emit(make_plot(2, 2, {5000, 0, 0}));
+  Observation doubled = make_plot(1, 1, {10, 0, 0});
+  doubled.verdict = Reason::Duplicate;
+  run.emit(doubled);
+  Observation refused = make_plot(3, 3, {7000, 0, 0});
+  refused.verdict = Reason::OutOfLimits;
+  run.emit(refused);
+  const RadarScore score = scorer.summary().radars.at(0);
+  EXPECT_EQ(score.plots, 1u);
+  EXPECT_EQ(score.rejected, 2u);
+  EXPECT_NEAR(score.before.range_m, 10, 1e-6);
+  EXPECT_NEAR(score.after.range_m, 10, 1e-6);
+}
+
+TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  for (int i = 0; i < 20; ++i) run.emit(make_command(i, 0, (i + 1) * 1e-3, 1e-3));  // elevation: 1 to 20 mrad
+  SlavingCommand coasting = make_command(30, 1e-3, 0, 1e-3);
+  coasting.source = SlavingSource::Coasting;
+  coasting.azimuth_rad += 2 * std::numbers::pi;  // unwrapped: a full turn is no error
+  coasting.age_s = 0.5;
+  run.emit(coasting);
+  SlavingCommand held = make_command(31, 0, 0.3, 1e-3);
+  held.limits = LimitElevation;
+  run.emit(held);
+  const auto pointing = scorer.summary().pointing;
+  ASSERT_EQ(pointing.size(), 2u);
+  EXPECT_EQ(pointing[0].source, SlavingSource::Fused);
+  EXPECT_EQ(pointing[0].commands, 21u);
+  EXPECT_EQ(pointing[0].held, 1u);
+  EXPECT_NEAR(pointing[0].rms_rad, 1e-3 * std::sqrt(21 * 41 / 6.0), 1e-12);
+  EXPECT_NEAR(pointing[0].p95_rad, 19e-3, 1e-12);
+  EXPECT_NEAR(pointing[0].worst_rad, 20e-3, 1e-12);
+  // All 20 azimuths and the elevations of 1 and 2 mrad; the limit itself is left to rounding.
+  EXPECT_NEAR(pointing[0].inside_2_sigma, 21.5 / 40, 0.6 / 40);
+  EXPECT_NEAR(pointing[0].mean_age_s, 0.1, 1e-12);
+  EXPECT_EQ(pointing[1].source, SlavingSource::Coasting);
+  EXPECT_NEAR(pointing[1].rms_rad, 1e-3 * std::cos(look(30).elevation_rad), 1e-9);
+  EXPECT_NEAR(pointing[1].worst_age_s, 0.5, 1e-12);
+}
+
+SourceHealth make_health(double t_s, std::uint64_t accepted, std::uint64_t gated, int nis_count, double share) {
+  SourceHealth health;
+  health.sensor = "goheung";
+  health.time = at(t_s);
+  health.count[static_cast<std::size_t>(Reason::Accepted)] = accepted;
+  health.count[static_cast<std::size_t>(Reason::Gated)] = gated;
+  health.nis_count = nis_count;
+  health.nis_inside_95 = share;
+  health.mismatch = nis_count == 1000 && share < 0.93;
+  return health;
+}
+
+TEST(SourceScore, CountsWhatIngestAndTheMethodRejected) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  for (std::uint64_t i = 1; i <= 8; ++i) run.emit(make_plot(i, static_cast<double>(i), {}));
+  Observation late = make_plot(9, 9, {});
+  late.verdict = Reason::TooLate;
+  run.emit(late);
+  Observation other = make_plot(10, 10, {});
+  other.target = "other";
+  run.emit(other);
+  SourceHealth health = make_health(10, 6, 2, 8, 1);
+  health.count[static_cast<std::size_t>(Reason::Frozen)] = 1;
+  run.emit(health);
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.sensor, Name("goheung"));
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::TooLate)], 1u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Gated)], 2u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Frozen)], 1u);
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::Accepted)],
+            6u);  // 9 that ingest let through, the rest of these
+}
+
+TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  std::uint64_t sequence = 0;
+  const auto send = [&](bool outlier, Reason verdict = Reason::Accepted) {
+    ++sequence;
+    if (outlier) scorer.mark_outlier("goheung", sequence);
+    Observation plot = make_plot(sequence, static_cast<double>(sequence), {});
+    plot.verdict = verdict;
+    plot.received = plot.epoch + milliseconds(40);
+    run.emit(plot);
+    return plot.received;
+  };
+  const auto answer = [&](Time received, const Name& method) {
+    SensorBias bias = make_bias({{BiasTerm::OffsetRange, 1}});
+    bias.method = method;
+    bias.received = received;
+    run.emit(bias);
+  };
+  answer(send(true), "song2015");               // taken
+  answer(send(true), "joint");                  // by another method: rejected by the first
+  send(true, Reason::OutOfLimits);              // by ingest
+  answer(send(true) - seconds(1), "song2015");  // an answer to something else
+  const Time good = send(false);
+  answer(good, "song2015");
+  Trajectory of_outlier = make_trajectory(6, Eigen::Vector3d::Zero(), 1);
+  of_outlier.received = send(true);
+  run.emit(of_outlier);  // a method without biases answers with its track
+  send(true);            // the last one: nothing came after it
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.outliers, 6u);
+  EXPECT_EQ(score.outliers_rejected, 4u);
+}
+
+TEST(SourceScore, TakesDisjointWindowsFromTheEnd) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  run.emit(make_health(1, 300, 0, 300, 0.5));      // counted: nothing of it is in the window that begins at 500
+  run.emit(make_health(2, 900, 0, 900, 0));        // inside the next
+  run.emit(make_health(3, 1400, 100, 1000, 0.9));  // counted: 500 to 1500
+  run.emit(make_health(4, 1900, 100, 1000, 0.92));
+  run.emit(make_health(5, 2400, 100, 1000, 0.96));  // counted: 1500 to 2500
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.nis_count, 2300u);
+  EXPECT_NEAR(score.nis_inside_95, (960 + 900 + 150) / 2300.0, 1e-12);
+  EXPECT_EQ(score.least_nis_inside_95, 0.9);
+  EXPECT_EQ(score.mismatch_s, 2);
+}
+
+TEST(SourceScore, WithoutAFullWindowThereIsNoWorstAndOfNothingNoShare) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  run.emit(make_health(1, 0, 0, 0, 1));
+  EXPECT_EQ(scorer.summary().sources.at(0).nis_count, 0u);
+  EXPECT_TRUE(nlohmann::json::parse(format_json(scorer.summary()))["sources"][0]["nis_inside_95"].is_null());
+  run.emit(make_health(2, 10, 0, 10, 0.8));
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.nis_inside_95, 0.8);
+  EXPECT_FALSE(score.least_nis_inside_95);
+}
+
+TEST(BiasReport, IsTheLastOfTheFirstMethodInTheUnitsOfAnEngineer) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_bias({{BiasTerm::OffsetRange, 1}}));
+  SensorBias last = make_bias({{BiasTerm::OffsetRange, 35.5},
+                               {BiasTerm::OffsetAzimuth, -0.012 * deg},
+                               {BiasTerm::ScaleElevation, 2.5e-4},
+                               {BiasTerm::TimeTag, 0.0031}});
+  last.samples = 77;
+  last.state = {BiasState::Converged, BiasState::Estimating, BiasState::NotObservable, BiasState::Frozen};
+  // Variances of a 4 x 4 triangle: rows begin at 0, 4, 7, 9.
+  last.covariance[0] = 4;
+  last.covariance[4] = std::pow(0.001 * deg, 2);
+  last.covariance[7] = 1e-8;
+  last.covariance[9] = 1e-6;
+  run.emit(last);
+  SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
+  other.method = "joint";
+  run.emit(other);
+  const std::string text = format_text(scorer.summary());
+  EXPECT_NE(text.find("Biases at the end by song2015"), std::string::npos);
+  const auto has = [&](const std::string& term, const std::string& figures) {
+    const auto line = text.find(term);
+    return line != std::string::npos &&
+           text.substr(line, text.find('\n', line) - line).find(figures) != std::string::npos;
+  };
+  EXPECT_TRUE(has("offset_range", "35.50        2.00 m     converged")) << text;
+  EXPECT_TRUE(has("offset_azimuth", "-12.00        1.00 mdeg  estimating")) << text;
+  EXPECT_TRUE(has("scale_elevation", "250.00      100.00 ppm   not observable")) << text;
+  EXPECT_TRUE(has("time_tag", "3.10        1.00 ms    frozen")) << text;
+  const auto json = nlohmann::json::parse(format_json(scorer.summary()));
+  EXPECT_EQ(json["method"], "song2015");
+  ASSERT_EQ(json["biases"].size(), 1u);
+  EXPECT_EQ(json["biases"][0]["source"], "goheung");
+  EXPECT_EQ(json["biases"][0]["plots"], 77);
+  EXPECT_EQ(json["biases"][0]["terms"][2]["state"], "not observable");
+  EXPECT_NEAR(json["biases"][0]["terms"][3]["sigma"].get<double>(), 1e-3, 1e-15);
+}
+
+TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
+  Scorer scorer(make_range(), "kslv", truth, liftoff,
+                {{"boost", 125, 160}, {"coast", 250, 390}, {"late", 370, 470}, {"all", 0, 480}});
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_trajectory(1, Eigen::Vector3d(1234.5, 0, 0), 20));
+  run.emit(make_trajectory(2, Eigen::Vector3d(12345678, 0, 0), 20));
+  run.emit(make_plot(1, 1, {1e6, 2, 1}));
+  run.emit(make_command(1, 3, 0.1, 1e-3));
+  Observation refused = make_plot(2, 2, {});
+  for (std::size_t reason = 1; reason < reason_count; ++reason) {
+    refused.verdict = static_cast<Reason>(reason);
+    run.emit(refused);
+  }
+  run.emit(make_health(3, 12345, 0, 1000, 0.9153));
+  run.emit(make_bias({{BiasTerm::ScaleElevation, 12345.6}}));
+  ResultSink& alone = scorer.open_run("a radar with a very long name alone");
+  alone.emit(make_trajectory(1, Eigen::Vector3d(3, 4, 0), 20));
+  const std::string text = format_text(scorer.summary());
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_NE(text.find("fused (song2015)"), std::string::npos);
+  EXPECT_NE(text.find("all 0-480 s"), std::string::npos);
+  EXPECT_NE(text.find("    5.0    5.0    5.0  100"), std::string::npos) << text;
+  EXPECT_NE(text.find("goheung"), std::string::npos);
+  EXPECT_NE(text.find("dish"), std::string::npos);
+  EXPECT_NE(text.find("91.5 %   91.5 %        1 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("rejected: unknown_source 1, simulated_mismatch 1"), std::string::npos) << text;
+
+  const auto json = nlohmann::json::parse(format_json(scorer.summary()));
+  EXPECT_EQ(json["trajectories"][0]["label"], "fused (song2015)");
+  EXPECT_EQ(json["trajectories"][1]["phases"][3]["phase"], "all");
+  EXPECT_NEAR(json["trajectories"][1]["phases"][3]["rms_m"].get<double>(), 5, 1e-6);
+  EXPECT_EQ(json["trajectories"][1]["phases"][0]["samples"], 0);
+  EXPECT_EQ(json["radars"][0]["plots"], 1);
+  EXPECT_EQ(json["pointing"][0]["source"], "fused");
+  EXPECT_EQ(json["sources"][0]["kind"], "radar");
+  EXPECT_EQ(json["sources"][0]["accepted"], 1);
+  EXPECT_EQ(json["sources"][0]["rejected"]["clock_step"], 1);
+  EXPECT_EQ(json["sources"][0]["mismatch_s"], 1);
+}
+
+TEST(Report, OfNothingIsStillATable) {
+  Scorer scorer = make_scorer();
+  EXPECT_NE(format_text(scorer.summary()).find("Position error"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(format_json(scorer.summary()))["trajectories"].empty());
+}
+
+}  // namespace
+}  // namespace downrange::score
