@@ -8,9 +8,9 @@ namespace downrange {
 
 /// A position measured inside a fusion interval.
 struct TimedPosition {
-  double age_s = 0;  ///< tau >= 0: fusion instant t_k minus the instant measured
-  Vec<3> z;          ///< m
-  Mat<3, 3> R;       ///< m^2, positive definite
+  double age_s = 0;                 ///< tau >= 0: fusion instant t_k minus the instant measured
+  Vec<3> z = Vec<3>::Zero();        ///< m
+  Mat<3, 3> R = Mat<3, 3>::Zero();  ///< m^2, positive definite
 };
 
 /// Most measurements one batch may hold; the matrices live on the stack.

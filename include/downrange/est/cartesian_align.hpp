@@ -32,8 +32,8 @@ struct RadarBias {
 struct HeldPlot {
   Time epoch;
   int radar = 0;
-  Vec<3> z_sez;
-  Mat<3, 3> R_sez;
+  Vec<3> z_sez = Vec<3>::Zero();
+  Mat<3, 3> R_sez = Mat<3, 3>::Zero();
 };
 
 /// The GPS Kalman filter of one target: CV in ECEF.
