@@ -6,6 +6,5 @@ downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded
 target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp)
 
 # The binaries as a person uses them. Each takes a DDS domain of its own.
-add_test(NAME live_flight_test COMMAND ${CMAKE_CURRENT_LIST_DIR}/live_flight_test.sh $<TARGET_FILE_DIR:downrange>
-                                       $<TARGET_FILE_DIR:downranged> ${PROJECT_SOURCE_DIR} 171)
-set_tests_properties(live_flight_test PROPERTIES TIMEOUT 300 LABELS scenario)
+downrange_script_test(live_flight_test live_flight_test.sh TIMEOUT 300 TARGETS downrange downranged
+                      ARGS $<TARGET_FILE_DIR:downrange> $<TARGET_FILE_DIR:downranged> ${PROJECT_SOURCE_DIR} 171)

@@ -1,2 +1,1 @@
-add_test(NAME unit_layers COMMAND ${CMAKE_CURRENT_LIST_DIR}/layers_test.sh ${PROJECT_SOURCE_DIR})
-set_tests_properties(unit_layers PROPERTIES LABELS unit TIMEOUT 120)
+downrange_script_test(unit_layers layers_test.sh ARGS ${PROJECT_SOURCE_DIR})

@@ -1,0 +1,152 @@
+#!/bin/bash
+# Each command line that a document shows is tried here as it stands there, or is named beside what tries it. A command that is
+# documented and not in the list below fails, and so does one in the list that is documented no more. Then each option that
+# running text names (`downrange check --keys`) must be known to its program.
+# usage: commands_test.sh SOURCE_DIR BUILD_DIR DOWNRANGE_DIR DOWNRANGED_DIR
+set -uo pipefail
+source=$1
+build=$2
+PATH=$3:$4:$PATH
+work=$(mktemp -d)
+background=
+cleanup() {
+  [ -z "$background" ] || kill -KILL "$background" 2>/dev/null
+  rm -rf "$work"
+}
+trap cleanup EXIT
+failures=0
+listed=$work/listed
+log=$work/log
+touch "$listed"
+
+fail() {
+  echo "FAILED: $*"
+  [ ! -s "$log" ] || tail -n 12 "$log" | sed 's/^/    /'
+  failures=$((failures + 1))
+}
+
+# run COMMAND: in the scratch folder. run COMMAND INSTEAD: where a person's machine would be changed.
+run() {
+  printf '%s\n' "$1" >>"$listed"
+  (cd "$work/scratch" && eval "${2:-$1}") >"$log" 2>&1 </dev/null || fail "$1"
+}
+# starts COMMAND: in the background, until it says that it is ready.
+starts() {
+  printf '%s\n' "$1" >>"$listed"
+  (cd "$work/scratch" && eval "exec $1") >"$work/service.log" 2>&1 </dev/null &
+  background=$!
+  for _ in {1..300}; do
+    grep -q 'range .* on DDS domain\|ready' "$work/service.log" && return
+    kill -0 "$background" 2>/dev/null || break
+    sleep 0.1
+  done
+  cp "$work/service.log" "$log"
+  fail "$1"
+}
+# It stops as it should when it is told to.
+stops() {
+  kill -TERM "$background" 2>/dev/null
+  wait "$background" || { cp "$work/service.log" "$log" && fail "ended with an error: $(tail -n 1 "$listed")"; }
+  background=
+}
+# by WHAT COMMAND: tried by the test WHAT, or by the line of .ci/run that has it.
+by() {
+  printf '%s\n' "$2" >>"$listed"
+  if [ "$1" = .ci/run ]; then
+    grep -qF -- "$2" "$source/.ci/run" || fail "$2: not in .ci/run"
+  else
+    ctest --test-dir "$build" -N -R "^$1\$" | grep -q "Total Tests: 1" || fail "$2: there is no test $1"
+  fi
+}
+# only COMMAND WHY: not tried.
+only() { printf '%s\n' "$1" >>"$listed"; }
+
+mkdir "$work/scratch"
+cp "$source/config/dds-qos.xml" "$work/scratch"
+cp "$source"/tools/examples/flight/*.csv "$work/scratch"
+cp "$source/tools/examples/flight/mapping.toml" "$work/scratch/my-mapping.toml"
+# A DDS domain of this test's own.
+sed 's/^domain = .*/domain = 97/' "$source/config/naro.toml" >"$work/scratch/my-range.toml"
+
+# ---- README.md
+by .ci/run "tools/run"
+by .ci/run "tools/test"
+run "downrange check my-range.toml"
+starts "downranged --config my-range.toml --node site-a --stages ingest --sources goheung,goheung-tgs"
+stops
+starts "downranged --config my-range.toml --node centre --stages align,fuse,slave --set 'dds.ingest_nodes=[\"site-a\"]'"
+stops
+run "downrange import my-mapping.toml --out flight.mcap"
+run "downrange replay flight.mcap --config my-range.toml --out flown.mcap"
+run "downrange report flown.mcap"
+starts "downranged --config my-range.toml --clock range --archive live.mcap"
+run "downrange replay flight.mcap --config my-range.toml --clock range --dds"
+stops
+run "downrange diff flown.mcap live.mcap"
+
+# ---- deploy/README.md: installed into a folder instead of the machine
+root=$work/root
+sudo() { # what follows sudo, on that folder
+  case $1 in
+    install)
+      local arguments=()
+      for argument in "${@:2}"; do arguments+=("${argument/#\//$root/}"); done
+      command install "${arguments[@]}"
+      ;;
+    systemd-*) if command -v "$1" >/dev/null; then command "$1" --root="$root" "${@:2}"; fi ;;
+    *) "$@" ;;
+  esac
+}
+by .ci/run "cmake --preset release && cmake --build --preset release"
+run "sudo cmake --install build/release --prefix /usr" "DESTDIR=$root cmake --install $build --prefix /usr"
+run "sudo systemd-sysusers && sudo systemd-tmpfiles --create downrange.conf"
+run "sudo install -D -m 644 /usr/share/downrange/config/naro.toml /etc/downrange/range.toml"
+run "sudo install -m 644 /usr/share/downrange/config/dds-qos.xml /etc/downrange/"
+run "downrange check /etc/downrange/range.toml" "$root/usr/bin/downrange check $root/etc/downrange/range.toml"
+only "sudo systemctl daemon-reload && sudo systemctl enable --now downranged" "needs a machine that systemd runs"
+
+# ---- src/est
+by scenario_recorded_flights_test "downrange experiment flights --html flights.html"
+
+# What the documents show: lines of code blocks (indented by four, or fenced without a language) whose first word is a program
+# or a script of the house; without the comment at their end.
+documents=$(cd "$source" && find . -name '*.md' -not -path './build*' | sort)
+(cd "$source" && awk '
+  FNR == 1 { fenced = 0; before = "" }
+  /^```/ { fenced = fenced ? 0 : ($0 == "```" ? 1 : 2); before = ""; next }
+  fenced == 1 || (!fenced && /^    [^ ]/ && (before == "" || before ~ /^    /)) {
+    line = $0
+    sub(/^ +/, "", line)
+    sub(/ +#.*/, "", line)
+    print FILENAME ":" FNR "\t" line
+  }
+  { before = $0 }' $documents) >"$work/shown"
+: >"$work/documented"
+while IFS=$'\t' read -r where line; do
+  first=${line%% *}
+  case $first in
+    downrange | downranged | tools/* | .ci/* | sudo) ;;
+    *) [[ $first =~ ^[a-z][a-z0-9_./+-]*$ ]] && type -P "$first" >/dev/null || continue ;;
+  esac
+  printf '%s\n' "$line" >>"$work/documented"
+  grep -qxF -- "$line" "$listed" || { : >"$log" && fail "$where shows a command that is not tried here: $line"; }
+done <"$work/shown"
+while IFS= read -r line; do
+  grep -qxF -- "$line" "$work/documented" || { : >"$log" && fail "no document shows this command any more: $line"; }
+done <"$listed"
+
+# Running text: `downrange SUBCOMMAND ... --option`. Subcommand and options must be in the help.
+while IFS= read -r command; do
+  read -ra words <<<"$command"
+  case ${words[0]} in
+    downrange) help=$(downrange "${words[1]}" --help 2>&1) || { : >"$log" && fail "\`$command\`: no such subcommand" && continue; } ;;
+    downranged) help=$(downranged --help 2>&1) ;;
+    tools/*) help=$("$source/${words[0]}" --help 2>&1) ;;
+  esac
+  for word in "${words[@]:1}"; do
+    [[ $word != --?* ]] || grep -qF -- "${word%%=*}" <<<"$help" || { : >"$log" && fail "\`$command\`: no option $word"; }
+  done
+done < <(cd "$source" && grep -ohE '`(downranged?|tools/[a-z-]+) [a-z-][^`]*`' $documents | tr -d '`' | sort -u)
+
+[ "$failures" -eq 0 ] && echo "$(wc -l <"$listed") documented commands are tried"
+exit $((failures > 0))
