@@ -1,4 +1,3 @@
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -7,6 +6,7 @@
 #include <archive/record.hpp>
 #include <cerrno>
 #include <system_error>
+#include <text/file.hpp>
 
 namespace downrange::archive {
 namespace {
@@ -20,12 +20,16 @@ ArchiveError error(const std::filesystem::path& path, const std::string& what) {
 }  // namespace
 
 InputFile::InputFile(const std::filesystem::path& path) : path_(path) {
-  fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd_ < 0) throw error(path, "cannot open the archive: " + std::generic_category().message(errno));
+  try {
+    fd_ = text::open_regular(path);
+  } catch (const text::FileError& refused) {
+    throw error(path, std::string("cannot open the archive: ") + refused.what());
+  }
   struct stat status {};
-  if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) {
+  if (::fstat(fd_, &status) != 0) {
+    const int reason = errno;
     ::close(fd_);
-    throw error(path, "cannot open the archive: not a regular file");
+    throw error(path, "cannot open the archive: " + std::generic_category().message(reason));
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

@@ -5,12 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -19,11 +15,12 @@
 
 #include "config/calibration.hpp"
 #include "config/schema.hpp"
+#include "text/file.hpp"
+#include "text/parse_toml.hpp"
+#include "text/printable.hpp"
 
 namespace downrange::config {
 namespace {
-
-constexpr std::uintmax_t max_file_size = 16'000'000;
 
 std::string sha256_hex(std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
@@ -80,29 +77,18 @@ class Problems {
 };
 
 std::string read_file(const std::filesystem::path& file) {
-  const auto fail = [&](const std::string& why) { throw ConfigError({{file.string(), 0, "", why}}); };
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) fail("no such file");
-  if (std::filesystem::is_directory(status)) fail("is a folder, not a file");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) fail(std::string("cannot be read: ") + std::strerror(errno));
-  std::string text;
-  std::array<char, 65536> block{};
-  do {
-    stream.read(block.data(), block.size());
-    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    if (text.size() > max_file_size) fail("is larger than 16 MB: not a configuration");
-  } while (stream);
-  return text;
+  try {
+    return text::read_file(file, text::max_toml_size);
+  } catch (const text::FileError& error) {
+    throw ConfigError({{file.string(), 0, "", error.what()}});
+  }
 }
 
 toml::table parse(std::string_view text, Problems& problems) {
   try {
-    return toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    problems.add_at_line(static_cast<int>(error.source().begin.line), "",
-                         "not valid TOML: " + std::string(error.description()));
+    return text::parse_toml(text);
+  } catch (const text::TomlError& error) {
+    problems.add_at_line(error.line(), "", error.what());
     problems.throw_if_any();
     throw;
   }
@@ -121,9 +107,9 @@ const KeyInfo* find_key(const std::string& path) {
 std::optional<toml::table> parse_value(const Override& override, bool text) {
   if (text && !override.value.starts_with('"')) return toml::table{{"value", override.value}};
   try {
-    toml::table parsed = toml::parse("value = " + override.value);
+    toml::table parsed = text::parse_toml("value = " + override.value);
     if (parsed.size() == 1) return parsed;
-  } catch (const toml::parse_error&) {
+  } catch (const text::TomlError&) {
     return std::nullopt;
   }
   return std::nullopt;
@@ -178,10 +164,9 @@ std::optional<toml::table> take_calibration(const std::filesystem::path& file, c
   };
   toml::table root;
   try {
-    root = toml::parse(read_file(file));
-  } catch (const toml::parse_error& at) {
-    problems.add_of_file(file.string(), static_cast<int>(at.source().begin.line), "",
-                         "not valid TOML: " + std::string(at.description()));
+    root = text::parse_toml(read_file(file));
+  } catch (const text::TomlError& wrong) {
+    problems.add_of_file(file.string(), wrong.line(), "", wrong.what());
     return std::nullopt;
   }
   toml::array* radars = root["radar"].as_array();
@@ -254,7 +239,8 @@ std::string what_of(const std::vector<Problem>& problems) {
 }  // namespace
 
 std::string Problem::to_string() const {
-  return where + (line > 0 ? ':' + std::to_string(line) : "") + ": " + (key.empty() ? "" : key + ": ") + message;
+  return text::printable(where + (line > 0 ? ':' + std::to_string(line) : "") + ": " + (key.empty() ? "" : key + ": ") +
+                         message);
 }
 
 ConfigError::ConfigError(std::vector<Problem> problems)

@@ -5,6 +5,8 @@
 #include <tuple>
 
 #include "sim/toml_section.hpp"
+#include "text/file.hpp"
+#include "text/parse_toml.hpp"
 
 namespace downrange::sim {
 namespace {
@@ -178,10 +180,11 @@ void require_distinct(const TomlSection& root, const std::string& key, const std
 
 toml::table parse(const std::filesystem::path& file) {
   try {
-    return toml::parse_file(file.string());
-  } catch (const toml::parse_error& error) {
-    throw ScenarioError(file.string() + ":" + std::to_string(error.source().begin.line) + ": " +
-                        std::string(error.description()));
+    return text::parse_toml(text::read_file(file, text::max_toml_size));
+  } catch (const text::FileError& error) {
+    throw ScenarioError(file.string() + ": " + error.what());
+  } catch (const text::TomlError& error) {
+    throw ScenarioError(file.string() + ":" + std::to_string(error.line()) + ": " + error.what());
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace downrange::sim {
@@ -9,16 +10,23 @@ namespace {
 
 std::string range_text(const Limits& limits) {
   std::ostringstream text;
-  const bool low = limits.low > std::numeric_limits<double>::lowest();
-  const bool high = limits.high < std::numeric_limits<double>::max();
+  const bool low = limits.low > -Limits::beyond_any;
+  const bool high = limits.high < Limits::beyond_any;
   if (low && high) {
     text << limits.low << " to " << limits.high;
   } else if (low) {
     text << limits.low << " or more";
   } else {
-    text << "a finite number";
+    text << -Limits::beyond_any << " to " << Limits::beyond_any;
   }
   return text.str();
+}
+
+/// NaN where the node is no number. (toml++ gives nothing for a whole number that a double cannot hold exactly.)
+double number_of(const toml::node& node) {
+  if (const auto* whole = node.as_integer()) return static_cast<double>(whole->get());
+  if (const auto* real = node.as_floating_point()) return real->get();
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -53,7 +61,7 @@ bool TomlSection::optional(std::string_view key) {
 double TomlSection::number(std::string_view key, Limits limits) {
   const toml::node& node = required(key);
   if (!node.is_number()) fail(key, "must be a number, " + range_text(limits));
-  const double value = *node.value<double>();
+  const double value = number_of(node);
   if (!(limits.low <= value && value <= limits.high)) {
     std::ostringstream text;
     text << value << " is not allowed: " << range_text(limits);
@@ -84,6 +92,7 @@ std::int64_t TomlSection::instant_ns(std::string_view key) {
   if (const auto* node = required(key).as_date_time()) value = &node->get();
   if (value == nullptr || !value->offset)
     fail(key, "must be a date and time with offset, such as 2026-03-01T08:00:00Z");
+  if (value->date.year < 1970 || value->date.year > 2100) fail(key, "must be in the years 1970 to 2100");
   const std::chrono::year_month_day date{std::chrono::year{value->date.year}, std::chrono::month{value->date.month},
                                          std::chrono::day{value->date.day}};
   const auto days = std::chrono::sys_days(date).time_since_epoch();
@@ -102,10 +111,10 @@ std::vector<std::pair<double, double>> TomlSection::windows(std::string_view key
   for (const toml::node& entry : *list) {
     const toml::array* pair = entry.as_array();
     if (pair == nullptr || pair->size() != 2) fail(key, expected);
-    const auto from = pair->get(0)->value<double>();
-    const auto to = pair->get(1)->value<double>();
-    if (!from || !to || !(*from < *to)) fail(key, expected);
-    windows.emplace_back(*from, *to);
+    const double from = number_of(*pair->get(0));
+    const double to = number_of(*pair->get(1));
+    if (!(from < to) || !std::isfinite(from) || !std::isfinite(to)) fail(key, expected);
+    windows.emplace_back(from, to);
   }
   return windows;
 }

@@ -3,7 +3,6 @@
 
 #include <toml++/toml.h>
 
-#include <limits>
 #include <set>
 #include <string>
 #include <string_view>
@@ -14,10 +13,11 @@
 
 namespace downrange::sim {
 
-/// Inclusive limits of a number.
+/// Inclusive limits of a number. By default what no length, angle or scale of a range comes near: finite in any unit.
 struct Limits {
-  double low = std::numeric_limits<double>::lowest();
-  double high = std::numeric_limits<double>::max();
+  static constexpr double beyond_any = 1e9;
+  double low = -beyond_any;
+  double high = beyond_any;
 };
 
 class TomlSection {

@@ -393,7 +393,7 @@ TEST(Override, ProblemsNameTheOption) {
   EXPECT_EQ(joined(problems_of(text, {{"clock.mod", "range", "--set"}})),
             "--set: clock.mod: unknown key, did you mean clock.mode?\n");
   EXPECT_EQ(joined(problems_of(text, {{"dds.domain", "4\ndomain2 = 5", "--set"}})),
-            "--set: dds.domain: found 4\ndomain2 = 5, allowed: a whole number from 0 to 232\n");
+            "--set: dds.domain: found 4\\x0adomain2 = 5, allowed: a whole number from 0 to 232\n");
 }
 
 TEST(Differences, NameTheKeys) {

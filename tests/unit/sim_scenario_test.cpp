@@ -231,8 +231,26 @@ TEST_F(ScenarioFile, ComplaintsNameFileLineKeyAndWhatIsAllowed) {
   EXPECT_EQ(complaint(minimal + "[gps]\n").substr(0, 10), "s.toml:11:");  // not TOML: a table twice
 }
 
-TEST_F(ScenarioFile, AMissingFileIsAnError) {
+TEST_F(ScenarioFile, ANumberThatNoDoubleHoldsIsAnErrorOrANumber) {
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\nrefractivity_n = 9223372036854775807\n"),
+            "s.toml:13: radar.refractivity_n: 9.22337e+18 is not allowed: 0 to 500");
+  EXPECT_EQ(complaint(minimal + "outages_s = [[0, 9223372036854775807]]\n"), "none");
+  EXPECT_NE(complaint(minimal + "outages_s = [[0, inf]]\n").find("must be a list"), std::string::npos);
+  EXPECT_NE(complaint(minimal + "outages_s = [[0, \"x\"]]\n").find("must be a list"), std::string::npos);
+  EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias]\nrange_m = 1e308\n"),
+            "s.toml:14: radar.bias.range_m: 1e+308 is not allowed: -1e+09 to 1e+09");
+}
+
+TEST_F(ScenarioFile, WhatIsNoFileIsAnError) {
   EXPECT_THROW((void)load_scenario(folder_ / "none.toml", naro()), ScenarioError);
+  EXPECT_THROW((void)load_scenario(folder_, naro()), ScenarioError);
+  EXPECT_THROW((void)load_scenario("/dev/zero", naro()), ScenarioError);
+}
+
+TEST_F(ScenarioFile, ADeepKeyIsAnErrorNotACrash) {
+  std::string deep;
+  for (int i = 0; i < 50'000; ++i) deep += "a.";
+  EXPECT_EQ(complaint(minimal + deep + "a = 1\n").substr(0, 27), "s.toml:11: a key of more th");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <ctime>
 #include <numbers>
 #include <string_view>
+#include <text/printable.hpp>
 
 namespace downrange::app {
 namespace {
@@ -137,7 +138,7 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
     text += line;
   }
   text += health_lines(time) + node_lines(now);
-  return text.empty() ? "nothing received yet\n" : text;
+  return text.empty() ? "nothing received yet\n" : text::printable(text, true);
 }
 
 std::string Board::health_lines(Time time) const {

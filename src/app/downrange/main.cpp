@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "command.hpp"
+#include "text/printable.hpp"
 
 int main(int argc, char** argv) {
   using namespace downrange::app;
@@ -36,7 +37,7 @@ int main(int argc, char** argv) {
     std::cerr << e.what() << '\n';
     return exit_usage;
   } catch (const std::exception& e) {
-    std::cerr << "downrange: " << e.what() << '\n';
+    std::cerr << "downrange: " << downrange::text::printable(e.what(), true, 10'000) << '\n';
     return exit_failed;
   }
 }

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <text/printable.hpp>
 
 namespace downrange::app {
 namespace {
@@ -45,10 +46,22 @@ class Priority final : public spdlog::custom_flag_formatter {
   }
 };
 
+/// The message, with what strangers' names could do to a terminal or a log written out.
+class Message final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const std::string safe = text::printable({message.payload.data(), message.payload.size()});
+    out.append(safe.data(), safe.data() + safe.size());
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<Message>(); }
+};
+
 bool under_journald() { return std::getenv("JOURNAL_STREAM") != nullptr && isatty(STDERR_FILENO) == 0; }
 
 std::unique_ptr<spdlog::pattern_formatter> utc_formatter(const char* pattern) {
-  return std::make_unique<spdlog::pattern_formatter>(pattern, spdlog::pattern_time_type::utc);
+  auto formatter = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
+  formatter->add_flag<Message>('v').set_pattern(pattern);
+  return formatter;
 }
 
 spdlog::sink_ptr console_sink(config::Console console) {
@@ -60,7 +73,7 @@ spdlog::sink_ptr console_sink(config::Console console) {
   if (console == Console::Journal) {
     sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
     auto formatter = std::make_unique<spdlog::pattern_formatter>();
-    formatter->add_flag<Priority>('*').set_pattern("<%*>%v");  // journald stamps the time
+    formatter->add_flag<Priority>('*').add_flag<Message>('v').set_pattern("<%*>%v");  // journald stamps the time
     sink->set_formatter(std::move(formatter));
     return sink;
   }
@@ -93,7 +106,8 @@ spdlog::level::level_enum spdlog_level(config::LogLevel level) {
 
 void print_errors(std::string_view lines) {
   std::istringstream stream{std::string(lines)};
-  for (std::string line; std::getline(stream, line);) std::cerr << (under_journald() ? "<3>" : "") << line << '\n';
+  for (std::string line; std::getline(stream, line);)
+    std::cerr << (under_journald() ? "<3>" : "") << text::printable(line) << '\n';
 }
 
 Logging::Logging(const config::LogConfig& config) {
