@@ -27,9 +27,10 @@ std::optional<std::string> decompress_lz4(ByteView in, std::span<std::uint8_t> o
   }
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> guard(context,
                                                                                    &LZ4F_freeDecompressionContext);
+  // Frame after frame, also none and empty ones, as zstd has it.
   std::size_t produced = 0;
-  std::size_t hint = 1;  // bytes still wanted; 0 at the end of the frame
-  while (hint != 0) {
+  std::size_t hint = 0;  // bytes still wanted; 0 between frames
+  while (!in.empty() || hint != 0) {
     std::size_t room = out.size() - produced;
     std::size_t taken = in.size();
     hint = LZ4F_decompress(context, out.data() + produced, &room, in.data(), &taken, nullptr);
@@ -38,7 +39,9 @@ std::optional<std::string> decompress_lz4(ByteView in, std::span<std::uint8_t> o
     produced += room;
     in = in.subspan(taken);
   }
-  if (produced != out.size() || !in.empty()) return "lz4: size differs from what the chunk says";
+  if (produced != out.size()) {
+    return "lz4: " + std::to_string(produced) + " bytes instead of " + std::to_string(out.size());
+  }
   return std::nullopt;
 }
 

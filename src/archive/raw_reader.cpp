@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/mcap.hpp>
 #include <archive/reader.hpp>
+#include <text/file.hpp>
 #include <utility>
 
 namespace downrange::archive {
@@ -9,6 +10,19 @@ namespace {
 /// Larger chunks, attachments and other records are refused: no writer makes them, and a damaged length must not
 /// take all memory.
 constexpr std::uint64_t max_record_size = std::uint64_t{256} << 20;
+
+/// A compressed chunk may state this much whatever it has, and this many times what it has (lz4 reaches 255, zstd on
+/// measurements some ten): a few bytes must not take memory and minutes.
+constexpr std::uint64_t free_chunk_size = std::uint64_t{8} << 20;
+constexpr std::uint64_t max_expansion = 512;
+
+/// Names of channels and schemas, kept as long as the file is read. Ours have fewer than 40 characters.
+constexpr std::size_t max_name_size = 4096;
+
+/// What is kept of the file beside its chunk in hand. Names and metadata may come out of compressed chunks, and take
+/// several times their size; attachments stand in the file as they are.
+constexpr std::uint64_t max_names = std::uint64_t{16} << 20;
+constexpr std::uint64_t max_attachments = std::uint64_t{64} << 20;
 
 /// Byte-length-prefixed pairs of strings; nothing where they do not fit.
 std::optional<std::map<std::string, std::string>> string_map(ByteCursor& cursor) {
@@ -131,6 +145,10 @@ void RawReader::open_chunk(ByteView content) {
   const auto compression = compression_named(*name);
   if (!compression) damaged("chunk compressed with '" + std::string(*name) + "'; known are zstd, lz4 and none");
   if (*size > max_record_size) damaged("chunk of " + std::to_string(*size) + " bytes, more than any writer makes");
+  if (*compression != Compression::None && *size > free_chunk_size + max_expansion * stored->size()) {
+    damaged("chunk of " + std::to_string(*size) + " bytes made of " + std::to_string(stored->size()) +
+            ": no measurements compress like this");
+  }
 
   chunk_.resize(static_cast<std::size_t>(*size));
   if (const auto wrong = decompress(*compression, *stored, chunk_)) damaged("chunk does not decompress: " + *wrong);
@@ -183,6 +201,9 @@ void RawReader::read_schema(ByteView content) {
   const auto id = cursor.get<std::uint16_t>();
   const auto name = id ? cursor.get_string() : std::nullopt;
   if (!name) damaged("Schema record too short");
+  if (schemas_.contains(*id)) return;
+  if (name->size() > max_name_size) damaged("a schema's name of " + std::to_string(name->size()) + " bytes");
+  keep_name(name->size());
   schemas_.emplace(*id, *name);
 }
 
@@ -192,12 +213,21 @@ void RawReader::read_channel(ByteView content) {
   const auto schema = cursor.get<std::uint16_t>();
   const auto topic = cursor.get_string();
   const auto encoding = topic ? cursor.get_string() : std::nullopt;
-  auto metadata = encoding ? string_map(cursor) : std::nullopt;
-  if (!id || !schema || !metadata) damaged("Channel record too short");
+  if (!id || !schema || !encoding) damaged("Channel record too short");
+  if (channels_.contains(*id)) return;
+  if (topic->size() > max_name_size) damaged("a channel's name of " + std::to_string(topic->size()) + " bytes");
+  keep_name(content.size());
+  auto metadata = string_map(cursor);
+  if (!metadata) damaged("Channel record too short");
   const auto schema_found = schemas_.find(*schema);
   ChannelInfo info{*id, std::string(*topic), schema_found == schemas_.end() ? "" : schema_found->second,
                    std::string(*encoding), std::move(*metadata)};
   channels_.try_emplace(*id, std::move(info));
+}
+
+void RawReader::keep_name(std::uint64_t size) {
+  names_size_ += size;
+  if (names_size_ > max_names) damaged("names and metadata of more than " + text::show_size(max_names));
 }
 
 void RawReader::read_attachment(ByteView content) {
@@ -212,10 +242,16 @@ void RawReader::read_attachment(ByteView content) {
   const auto crc = data ? cursor.get<std::uint32_t>() : std::nullopt;
   if (!log_time || !create_time || !data || !crc) damaged("Attachment record too short");
   if (*crc != 0 && crc32(content.first(covered)) != *crc) damaged("attachment checksum (CRC-32) is wrong");
+  if (attachments_size_ + content.size() > max_attachments) {
+    ++skipped_.large_attachments;
+    return;
+  }
+  attachments_size_ += content.size();
   attachments_.push_back({std::string(*name), std::string(*media_type), *log_time, {data->begin(), data->end()}});
 }
 
 void RawReader::read_metadata(ByteView content) {
+  keep_name(content.size());
   ByteCursor cursor(content);
   const auto name = cursor.get_string();
   auto values = name ? string_map(cursor) : std::nullopt;

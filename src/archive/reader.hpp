@@ -51,9 +51,10 @@ struct Truncation {
 
 /// What a reader passed over without judging it.
 struct Skipped {
-  std::uint64_t unknown_records = 0;   ///< opcodes that the specification does not have
-  std::uint64_t unknown_channels = 0;  ///< messages of a channel that the file does not declare
-  std::uint64_t foreign_messages = 0;  ///< messages of channels that are not ours (typed reader only)
+  std::uint64_t unknown_records = 0;    ///< opcodes that the specification does not have
+  std::uint64_t unknown_channels = 0;   ///< messages of a channel that the file does not declare
+  std::uint64_t large_attachments = 0;  ///< no room to keep them
+  std::uint64_t foreign_messages = 0;   ///< messages of channels that are not ours (typed reader only)
 };
 
 /// Messages of any MCAP file in file order.
@@ -93,6 +94,8 @@ class RawReader {
   void read_channel(ByteView content);
   void read_attachment(ByteView content);
   void read_metadata(ByteView content);
+  /// Counts what stays in memory to the end of the reading; throws as damaged() where that is too much.
+  void keep_name(std::uint64_t size);
   void read_data_end(ByteView content);
   void read_footer(ByteView record);
   /// Ends the reading as truncated; throws as damaged() where the file has its closing magic bytes all the same.
@@ -113,6 +116,8 @@ class RawReader {
   std::vector<Attachment> attachments_;
   std::map<std::string, std::map<std::string, std::string>> metadata_;
   std::string library_;
+  std::uint64_t names_size_ = 0;  ///< bytes, metadata included
+  std::uint64_t attachments_size_ = 0;
   Skipped skipped_;
   std::optional<Truncation> truncated_;
 };
