@@ -20,7 +20,7 @@ struct ExperimentOptions {
   std::function<void(double)> progress = [](double) {};
 };
 
-/// One line of the table: a figure to reach (ALGORITHMS.md section 10) and what was measured.
+/// One line of the table: a figure to reach (est/THEORY.md section 10) and what was measured.
 struct Figure {
   std::string what;
   double measured = 0;
@@ -87,7 +87,7 @@ struct Experiment {
 /// "300 runs, seed 1".
 [[nodiscard]] std::string runs_text(const ExperimentResult& result);
 
-/// Those of the papers, in the order of ALGORITHMS.md: launch, kim2011, federated, spatial, alphabeta.
+/// Those of the papers, in the order of est/THEORY.md: launch, kim2011, federated, spatial, alphabeta.
 [[nodiscard]] const std::vector<Experiment>& experiments();
 
 /// Each in a file of its own name. Throws std::invalid_argument for a method that it does not compare.

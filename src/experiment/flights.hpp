@@ -1,5 +1,5 @@
 #pragma once
-/// Recorded flights through the engine, against the last rows of ALGORITHMS.md section 10.
+/// Recorded flights through the engine, against the last rows of est/THEORY.md section 10.
 
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>

@@ -26,7 +26,7 @@ struct Result {
   [[nodiscard]] const Flown* find(std::string_view label, Case which = Case::Base) const;
 };
 
-/// The launch rows of ALGORITHMS.md section 10; rows of methods that were not flown are left out.
+/// The launch rows of est/THEORY.md section 10; rows of methods that were not flown are left out.
 [[nodiscard]] std::vector<Figure> figures(const Result& result);
 [[nodiscard]] std::vector<Plot> plots(const Result& result);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The launch scenario of ALGORITHMS.md section 10: its truth, computed once, and the measurements of each run.
+/// The launch scenario of est/THEORY.md section 10: its truth, computed once, and the measurements of each run.
 
 #include <array>
 #include <cstdint>

@@ -33,7 +33,7 @@ struct LaunchProfile {
   std::vector<PitchPoint> pitch;  ///< in time order
 };
 
-/// Two stages, southwards from the Naro pad: burns to 229 s and from 395 to 453 s (ALGORITHMS.md section 10).
+/// Two stages, southwards from the Naro pad: burns to 229 s and from 395 to 453 s (est/THEORY.md section 10).
 [[nodiscard]] LaunchProfile naro_launch_profile();
 
 /// Integrated with J2 gravity, centrifugal and Coriolis acceleration by Runge-Kutta of order 4; steps meet at the ends

@@ -22,7 +22,7 @@ namespace downrange::sim {
 using Window = std::pair<double, double>;
 
 /// Systematic errors of one radar: measured = true + bias. The target is first displaced in the radar's
-/// south-east-zenith axes, then the polar terms act, the azimuth scale about south (ALGORITHMS.md section 3).
+/// south-east-zenith axes, then the polar terms act, the azimuth scale about south (est/THEORY.md section 3).
 struct RadarBias {
   Polar offset;
   Eigen::Vector3d scale = Eigen::Vector3d::Zero();         ///< of range, azimuth - pi, elevation

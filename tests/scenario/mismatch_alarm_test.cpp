@@ -1,5 +1,5 @@
 /// The mismatch alarm on whole flights: health announces it for the radar whose model lacks what is wrong with it, and
-/// for no other source (ALGORITHMS.md section 3).
+/// for no other source (est/THEORY.md section 3).
 #include <gtest/gtest.h>
 
 #include <algorithm>

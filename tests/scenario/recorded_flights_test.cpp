@@ -1,5 +1,5 @@
 /// The recorded flights beside the checkout (folder shared/): `downrange experiment flights` reaches its figures there
-/// (ALGORITHMS.md section 10, last rows), and what else must hold of them.
+/// (est/THEORY.md section 10, last rows), and what else must hold of them.
 #include <gtest/gtest.h>
 
 #include <unistd.h>

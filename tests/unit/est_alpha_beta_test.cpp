@@ -95,7 +95,7 @@ TEST(AlphaBeta, SlopesAreThoseOfTheGains) {
 }
 
 TEST(AlphaBeta, LinearGainErrorOverTheNominalInterval) {
-  // ALGORITHMS.md section 10: sigma_y 100 to 200 m, nominal 150 m, 0.98 m/s^2, 5 s.
+  // est/THEORY.md section 10: sigma_y 100 to 200 m, nominal 150 m, 0.98 m/s^2, 5 s.
   const double nominal = tracking_index(0.98, 150, 5);
   double worst_alpha = 0;
   double worst_beta = 0;

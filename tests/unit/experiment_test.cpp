@@ -264,7 +264,7 @@ TEST(Launch, BiasLeftOfATimeTagIsWhereTheTargetWas) {
   EXPECT_GT(expected.norm(), 5);
 }
 
-/// The bound against the figures of the range's errata, computed by an implementation that shares no code.
+/// The bound against the figures of est/ERRATA.md, computed by an implementation that shares no code.
 TEST(Launch, BoundOfTheBiasIsThatOfTheErrata) {
   const launch::Scene scene;
   const launch::Score bound = launch::bound_of(launch::Case::Base, bias_model({BiasBlock::Polar}), scene);

@@ -21,7 +21,7 @@ constexpr double deg = std::numbers::pi / 180;
 const Atmosphere standard{.refractivity = 320, .radius_m = 6.371e6, .scale_height_m = 7000};
 
 TEST(Refraction, FiguresOfTheRange) {
-  // ALGORITHMS.md section 8, 1 deg and N0 = 320: "about 0.03 deg and 6 m at 20 km, 0.39 deg and 56 m at 1000 km".
+  // est/THEORY.md section 8, 1 deg and N0 = 320: "about 0.03 deg and 6 m at 20 km, 0.39 deg and 56 m at 1000 km".
   const Refraction near = refraction_at_true(standard, 20e3, 1 * deg);
   EXPECT_NEAR(near.elevation_rad / deg, 0.03, 0.005);
   EXPECT_NEAR(near.range_m, 6, 0.5);

@@ -35,7 +35,7 @@ enum class BiasReference : std::uint8_t { None, Gps, CrossRadar };
 [[nodiscard]] std::string_view to_string(BiasTerm term);
 [[nodiscard]] std::string_view to_string(BiasState state);
 
-/// Which terms a radar's bias has, what they may be before any data and how they drift (ALGORITHMS.md section 3).
+/// Which terms a radar's bias has, what they may be before any data and how they drift (est/THEORY.md section 3).
 /// Vectors and matrices are indexed by BiasTerm; entries of terms that are not in `terms` mean nothing.
 struct BiasModel {
   std::vector<BiasTerm> terms;  ///< in ascending order

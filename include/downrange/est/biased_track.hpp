@@ -1,7 +1,7 @@
 #pragma once
 /// A track by one radar that does not know its bias, and how much of the bias is in it: H. W. Kim et al., Multisensor
 /// bias estimation with pseudo measurement for asynchronous sensors, 2011, equations (8)-(21) and (37)-(41) as
-/// corrected by the range's errata.
+/// corrected in est/ERRATA.md.
 
 #include <downrange/est/gaussian.hpp>
 
@@ -48,7 +48,7 @@ struct BiasedPosition {
 };
 
 /// (8)-(11): start from two positions T > 0 seconds apart, `z0` before `z1`, of a nearly-constant-velocity target,
-/// state [position, velocity], white acceleration of density q. The errata's q T / 3 in the velocity is there.
+/// state [position, velocity], white acceleration of density q. The q T / 3 of ERRATA.md in the velocity is there.
 template <int M, int B>
 [[nodiscard]] BiasedTrack<2 * M, B> two_point_start(const BiasedPosition<M, B>& z0, const BiasedPosition<M, B>& z1,
                                                     double T, double q) {
@@ -61,7 +61,7 @@ template <int M, int B>
 }
 
 /// (38), (41): the track without its bias as far as that is known. The correlation of track and bias error is left out;
-/// it is measured to be 3 % of the position variance (errata).
+/// it is measured to be 3 % of the position variance (ERRATA.md).
 template <int N, int B>
 [[nodiscard]] Gaussian<N> compensate(const BiasedTrack<N, B>& track, const Gaussian<B>& beta) {
   const Mat<N, N> P = track.estimate.cov + track.G * beta.cov * track.G.transpose();

@@ -3,7 +3,7 @@
 /// it.
 ///
 /// H.-R. Song, GPS-based multiple radar bias estimation and sensor fusion for launch vehicle tracking, 2015 (doi
-/// 10.9723/jksiis.2015.20.6), eq. (8)-(22), with the corrections of the range's errata. Method song2015 fuses the plots
+/// 10.9723/jksiis.2015.20.6), eq. (8)-(22), with the corrections of est/ERRATA.md. Method song2015 fuses the plots
 /// that come out of it, the track-level rules (track_level.hpp) the tracks that are made of them.
 
 #include <array>

@@ -52,7 +52,7 @@ struct InsideShare {
 };
 
 /// Rings when the share of NIS inside 95 % over the last `window` innovations falls below 0.93: the model of the source
-/// (most often its bias blocks) is wrong (ALGORITHMS.md section 3). A plain value: part of a filter's checkpoint.
+/// (most often its bias blocks) is wrong (est/THEORY.md section 3). A plain value: part of a filter's checkpoint.
 class MismatchAlarm {
  public:
   static constexpr int max_window = 1024;

@@ -2,7 +2,7 @@
 /// Input estimation: when did an unknown constant input begin, and how large is it (method `vdie`).
 ///
 /// Hwang Bo, Hong, Choi, Choi, "Maneuvering-target tracking using the federated Kalman filter with multiple sensors",
-/// eq. (14)-(18), corrected as the range's errata say: the input persists, T(n) = 0 at the onset n and then
+/// eq. (14)-(18), corrected as est/ERRATA.md says: the input persists, T(n) = 0 at the onset n and then
 /// T(k) = P(k|k) P^-1(k|k-1) [F T(k-1) + I]; the paper prints an impulse. Written for W = T B, the effect of a unit
 /// input on the filter's state, and with P(k|k) P^-1(k|k-1) = I - K H, so that nothing is inverted and F, B and the
 /// interval may differ from step to step; with several measurements at one instant the filter updates by one after the

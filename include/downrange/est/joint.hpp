@@ -1,6 +1,6 @@
 #pragma once
 /// One filter for everything: a target's motion, the biases of the radars, the coloured error of the GPS. Every plot
-/// and fix is processed one by one in time order: the optimum of its class (ALGORITHMS.md, method `joint`).
+/// and fix is processed one by one in time order: the optimum of its class (est/THEORY.md section 4).
 
 #include <array>
 #include <downrange/est/hypothesis.hpp>

@@ -1,5 +1,5 @@
 #pragma once
-/// How a vehicle moves: the models of ALGORITHMS.md section 2 on one state of nine entries, ECEF: position (m),
+/// How a vehicle moves: the models of est/THEORY.md section 2 on one state of nine entries, ECEF: position (m),
 /// velocity (m/s), and a third part in m/s^2 that is the acceleration, or the specific force where gravity is known to
 /// the model.
 

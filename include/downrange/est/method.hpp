@@ -104,7 +104,7 @@ struct RadarModel {
   bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
 };
 
-/// How a vehicle moves between two measurements (ALGORITHMS.md section 2).
+/// How a vehicle moves between two measurements (est/THEORY.md section 2).
 enum class Kinematics : std::uint8_t {
   Cv,      ///< white acceleration
   Ca,      ///< white jerk

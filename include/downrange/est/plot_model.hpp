@@ -16,7 +16,7 @@ struct PredictedPlot {
 
 /// The plot stamped with the instant of `motion` (position, velocity, acceleration; ECEF):
 /// the time tag moves the target to t - tau, the SEZ scales and offsets displace it in the site's axes, the air bends
-/// the ray, then the polar scales and offsets act (ALGORITHMS.md section 3; the azimuth scale about south). `bias` is
+/// the ray, then the polar scales and offsets act (est/THEORY.md section 3; the azimuth scale about south). `bias` is
 /// indexed by BiasTerm; entries that are zero have no effect.
 [[nodiscard]] PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion,
                                          const Vec<bias_term_count>& bias);

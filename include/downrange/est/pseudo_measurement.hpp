@@ -1,6 +1,6 @@
 #pragma once
 /// Biases of several radars from one radar's measurements against the other radars' tracks, no GPS needed: kim2011,
-/// equations (22)-(36) as corrected by the range's errata. Methods `pm` and `pm-scaled`.
+/// equations (22)-(36) as corrected in est/ERRATA.md. Methods `pm` and `pm-scaled`.
 
 #include <array>
 #include <downrange/est/biased_track.hpp>

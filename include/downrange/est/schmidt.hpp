@@ -1,6 +1,6 @@
 #pragma once
-/// The range paper's two stages done right: biases against GPS, then a fusion of radars only (ALGORITHMS.md, method
-/// `schmidt`). For ranges whose radar track must stay independent of telemetry.
+/// The range paper's two stages done right: biases against GPS, then a fusion of radars only (est/THEORY.md
+/// section 4). For ranges whose radar track must stay independent of telemetry.
 
 #include <array>
 #include <downrange/est/hypothesis.hpp>

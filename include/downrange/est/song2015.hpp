@@ -1,6 +1,6 @@
 #pragma once
 /// The method of the range paper: H.-R. Song, GPS-based multiple radar bias estimation and sensor fusion for launch
-/// vehicle tracking, 2015 (doi 10.9723/jksiis.2015.20.6), with the corrections of the range's errata.
+/// vehicle tracking, 2015 (doi 10.9723/jksiis.2015.20.6), with the corrections of est/ERRATA.md.
 
 #include <array>
 #include <downrange/est/async_fusion.hpp>

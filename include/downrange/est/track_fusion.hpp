@@ -118,7 +118,7 @@ template <int N>
 template <int N>
 class CorrelatedTracks {
  public:
-  /// The joint covariance becomes near singular (errata: with 1e-11 MAP diverges): this share of the variances is
+  /// The joint covariance becomes near singular (ERRATA.md: with 1e-11 MAP diverges): this share of the variances is
   /// added to that of a difference of tracks.
   static constexpr double relative_ridge = 1e-7;
 

@@ -48,7 +48,7 @@ struct ConvertedMeasurement {
 [[nodiscard]] ConvertedMeasurement convert_unbiased(const Polar& q, const PolarSigma& sigma);
 
 /// Additive debiasing with averaged covariance: Lerro, Bar-Shalom 1993; Suchomski 1999 (song2015 eq. 8-10 as
-/// corrected in the range's errata). The conversion the range paper prints.
+/// corrected in est/ERRATA.md). The conversion the range paper prints.
 [[nodiscard]] ConvertedMeasurement convert_additive(const Polar& q, const PolarSigma& sigma);
 
 /// Mean and covariance of the *raw* conversion of measurements of a target truly at `truth`.

@@ -15,7 +15,7 @@ struct Refraction {
 };
 
 /// Spherical layers over one site: refractive index n(h) = 1 + 1e-6 N0 exp(-h / H), h above the site (to 2.5 km below
-/// it the same law goes on, deeper n is constant). ALGORITHMS.md section 8.
+/// it the same law goes on, deeper n is constant). est/THEORY.md section 8.
 struct Atmosphere {
   double refractivity = 0;    ///< N0 at the site, N-units, 0 to 500; near 1000 a level ray would circle the Earth
   double radius_m = 6.371e6;  ///< from the centre of curvature to the site

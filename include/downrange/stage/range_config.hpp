@@ -34,7 +34,7 @@ struct BiasCalibration {
 /// polar, sez_offset, time.
 [[nodiscard]] std::vector<BiasBlock> default_bias_blocks();
 
-/// What a radar's bias is made of (ALGORITHMS.md section 3), for the methods that leave it open (joint, schmidt, ts).
+/// What a radar's bias is made of (est/THEORY.md section 3), for the methods that leave it open (joint, schmidt, ts).
 struct BiasConfig {
   std::vector<BiasBlock> blocks = default_bias_blocks();
   /// 1-sigma before any data.
@@ -56,7 +56,7 @@ struct RadarConfig {
   Name id;
   Site site;
   PolarSigma sigma;                   ///< instrument noise, 1-sigma
-  double angle_inflation = 4;         ///< factor on the angle variances for slow pointing errors (ALGORITHMS 4a)
+  double angle_inflation = 4;         ///< on the angle variances, for slow pointing errors (est/THEORY.md section 4a)
   PointingWander wander{};            ///< the same as states of joint and schmidt, where they are known
   bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)
   double refractivity = 0;            ///< N-units at the site; 0: plots are free of refraction, or corrected already
