@@ -78,5 +78,11 @@ allowed src/experiment/launch.cpp '#include "score/scorer.hpp"'
 allowed src/dds/inputs.cpp '#include <thread>'
 allowed src/app/downranged/main.cpp '#include "archive/writer.hpp"'
 
+# A header that no CMakeLists.txt names.
+touch "$copy/include/downrange/est/unlisted.hpp"
+if output=$("$check" "$copy") || ! grep -q '^include/downrange/est/unlisted.hpp:1: ' <<<"$output"; then
+  fail "the unlisted header was not reported: $output"
+fi
+
 [ "$failures" -eq 0 ] && echo "layer check: all planted includes judged rightly"
 exit "$((failures > 0))"
