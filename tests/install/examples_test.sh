@@ -52,6 +52,7 @@ echo "== a radar, the service, and antennas of two vendors"
 domain=96
 profiles=$prefix/share/downrange/config/dds-qos.xml
 "$prefix/bin/downranged" --config "$prefix/share/downrange/config/naro.toml" --domain $domain --set 'fuse.methods=["alpha-beta"]' \
+  --set slave.coast_ms=1000 \
   >"$work/service.log" 2>&1 &
 pids+=($!)
 "$work/examples/radar_sender" $domain goheung kslv "$profiles" 12 >"$work/radar.log" 2>&1 &
