@@ -175,7 +175,7 @@ void require_distinct(const TomlSection& root, const std::string& key, const std
   for (std::size_t i = 1; i < entries.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (entries[i].id == entries[j].id)
-        root.fail(key, "the id \"" + std::string(entries[i].id.view()) + "\" is there twice; one table for each");
+        root.fail(key, "\"" + std::string(entries[i].id.view()) + "\" is there twice; one table for each");
 }
 
 toml::table parse(const std::filesystem::path& file) {

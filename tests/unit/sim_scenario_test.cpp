@@ -180,7 +180,7 @@ TEST_F(ScenarioFile, AnAngleSensorHasNoKeysOfRange) {
   EXPECT_EQ(complaint(minimal + "[[angle_sensor]]\nid = \"jeju\"\n"),
             "s.toml:12: angle_sensor.id: \"jeju\" is no angle sensor of this range; allowed: optical");
   EXPECT_EQ(complaint(text + "[[angle_sensor]]\nid = \"optical\"\n"),
-            "s.toml:11: angle_sensor: the id \"optical\" is there twice; one table for each");
+            "s.toml:11: angle_sensor: \"optical\" is there twice; one table for each");
 }
 
 TEST_F(ScenarioFile, LiftoffTakesAnOffset) {
@@ -225,7 +225,7 @@ TEST_F(ScenarioFile, ComplaintsNameFileLineKeyAndWhatIsAllowed) {
   EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[radar.bias_sigma]\nrange_m = -1\n"),
             "s.toml:14: radar.bias_sigma.range_m: -1 is not allowed: 0 or more");
   EXPECT_EQ(complaint(minimal + "[[radar]]\nid = \"jeju\"\n[[radar]]\nid = \"jeju\"\n"),
-            "s.toml:11: radar: the id \"jeju\" is there twice; one table for each");
+            "s.toml:11: radar: \"jeju\" is there twice; one table for each");
   EXPECT_EQ(complaint(minimal + "[radar]\nid = \"jeju\"\n"),
             "s.toml:11: radar: must be a list of tables, each headed [[radar]]");
   EXPECT_EQ(complaint(minimal + "[gps]\n").substr(0, 10), "s.toml:11:");  // not TOML: a table twice
