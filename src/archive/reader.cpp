@@ -1,6 +1,7 @@
 #include <archive/channels.hpp>
 #include <archive/convert.hpp>
 #include <archive/reader.hpp>
+#include <text/printable.hpp>
 
 namespace downrange::archive {
 namespace {
@@ -41,6 +42,7 @@ class Reader::Decoder {
   struct Meaning {
     std::optional<RecordKind> kind;  ///< nothing: not ours
     Role role = Role::Input;
+    std::uint64_t* foreign = nullptr;  ///< where messages of a channel that is not ours are counted
   };
 
   /// Of a channel; found once, then remembered by its id.
@@ -49,6 +51,7 @@ class Reader::Decoder {
     if (known != meanings_.end()) return known->second;
     Meaning meaning;
     if (channel.message_encoding == "protobuf") meaning.kind = kind_of_schema(channel.schema);
+    if (!meaning.kind) meaning.foreign = &foreign_channel(channel);
     if (meaning.kind) {
       const auto role = channel.metadata.find("role");
       const auto named = role == channel.metadata.end() ? std::nullopt : role_named(role->second);
@@ -85,10 +88,17 @@ class Reader::Decoder {
     return BadRecord{raw.channel->topic, "unknown kind of record"};
   }
 
-  std::uint64_t foreign = 0;
+  [[nodiscard]] const std::map<std::string, std::uint64_t>& foreign() const { return foreign_; }
 
  private:
+  std::uint64_t& foreign_channel(const ChannelInfo& channel) {
+    constexpr std::size_t named = 5;
+    if (foreign_.size() >= named) return foreign_["other channels"];
+    return foreign_[text::in_quotes(channel.topic) + " (" + text::in_quotes(channel.schema) + ')'];
+  }
+
   std::map<std::uint16_t, Meaning> meanings_;
+  std::map<std::string, std::uint64_t> foreign_;  ///< messages by channel
   // Parsed into again and again, so that their strings and arrays keep their memory.
   record::RadarTspi radar_;
   record::GpsFix gps_;
@@ -112,15 +122,17 @@ std::optional<Entry> Reader::next() {
     if (meaning.kind) {
       return Entry{decoder_->decode_as(*meaning.kind, *raw), meaning.role, raw->sequence, raw->channel->topic};
     }
-    ++decoder_->foreign;
+    ++*meaning.foreign;
   }
   return std::nullopt;
 }
 
 Skipped Reader::skipped() const {
   Skipped skipped = raw_.skipped();
-  skipped.foreign_messages = decoder_->foreign;
+  for (const auto& [channel, count] : decoder_->foreign()) skipped.foreign_messages += count;
   return skipped;
 }
+
+std::map<std::string, std::uint64_t> Reader::foreign_channels() const { return decoder_->foreign(); }
 
 }  // namespace downrange::archive

@@ -143,6 +143,9 @@ class Reader {
   [[nodiscard]] const RawReader& raw() const { return raw_; }
   [[nodiscard]] const std::optional<Truncation>& truncated() const { return raw_.truncated(); }
   [[nodiscard]] Skipped skipped() const;
+  /// Messages so far of the channels that are not ours, by "'topic' ('schema')"; a fixed number of channels, then
+  /// "others".
+  [[nodiscard]] std::map<std::string, std::uint64_t> foreign_channels() const;
 
  private:
   class Decoder;

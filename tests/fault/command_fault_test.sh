@@ -147,7 +147,25 @@ cmp "$work/good.mcap" "$work/kept.mcap" || failures=$((failures + 1))
 expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 229 --plain --idle 1.5
 
 # A live node never takes simulated input: every message rejected, no track, no pointing.
-expect 0 "0 slaving commands" "$downrange" replay "$work/good.mcap" --config "$naro"
+expect 1 "0 slaving commands" "$downrange" replay "$work/good.mcap" --config "$naro"
+expect 1 "measurements was accepted" "$downrange" replay "$work/good.mcap" --config "$naro"
+expect 1 "ingest.expect_simulated=true" "$downrange" replay "$work/good.mcap" --config "$naro"
+
+# Files that are no files, and files that ask for more than there is.
+mkfifo "$work/pipe"
+for input in "$work" /dev/zero "$work/pipe"; do
+  expect 2 ", not a file" timeout 20 "$downrange" check "$input"
+  expect 1 ", not a file" timeout 20 "$downrange" simulate "$naro" --scenario "$input" --archive "$work/x.mcap"
+  expect 1 ", not a file" timeout 20 "$downrange" import "$input" --out "$work/x.mcap"
+  expect 1 ", not a file" timeout 20 "$downrange" replay "$input" --config "$naro"
+done
+{ for _ in {1..50000}; do printf 'a.'; done && echo 'a = 1'; } > "$work/deep.toml"
+expect 2 "deep.toml:1: a key of more than 16 parts" "$downrange" check "$work/deep.toml"
+expect 1 "deep.toml:1: a key of more than 16 parts" "$downrange" simulate "$naro" --scenario "$work/deep.toml" \
+  --archive "$work/x.mcap"
+expect 1 "deep.toml:1: a key of more than 16 parts" "$downrange" import "$work/deep.toml" --out "$work/x.mcap"
+sed '0,/^azimuth_deg = .*/s//azimuth_deg = 9223372036854775807/' "$launch" > "$work/integer.toml"
+expect 1 "integer.toml" "$downrange" simulate "$naro" --scenario "$work/integer.toml" --archive "$work/x.mcap"
 
 [[ $failures == 0 ]] && echo "all as expected"
 exit $((failures > 0))

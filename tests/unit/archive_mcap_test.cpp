@@ -126,6 +126,7 @@ TEST_F(ArchiveMcap, ForeignChannelsAreCountedNotDecoded) {
   Reader reader(file(magic + header + chunk(inside, 0) + data_end + footer + magic));
   EXPECT_FALSE(reader.next());
   EXPECT_EQ(reader.skipped().foreign_messages, 1u);
+  EXPECT_EQ(reader.foreign_channels(), (std::map<std::string, std::uint64_t>{{"'some/topic' ('a.B')", 1}}));
 }
 
 TEST_F(ArchiveMcap, RefusesWhatIsNotMcap) {

@@ -78,6 +78,93 @@ TEST(ArchiveReplay, TimesBefore1970AndNoTickSurvive) {
   EXPECT_EQ(source.last_tick(), Time{std::numeric_limits<std::int64_t>::min()});
 }
 
+/// Plots by their number; `received` of number i is t0 + 50 i + 40 ms.
+class ArchiveOrder : public testing::Test {
+ protected:
+  void write(std::initializer_list<std::uint64_t> plots, std::initializer_list<std::int64_t> truths_ms = {}) {
+    Writer writer(folder_ / "a.mcap");
+    for (const std::uint64_t i : plots) writer.write(Event(some_radar(i)));
+    for (const std::int64_t ms : truths_ms) {
+      Truth truth = some_truth();
+      truth.epoch = t0 + milliseconds(ms);
+      writer.write_truth(truth);
+    }
+    writer.write_last_tick(t0);
+  }
+  /// Numbers of the plots as they come out; truths as "t" and their time in ms.
+  std::string read(EventOrder order) {
+    EventSource source(folder_ / "a.mcap", order);
+    std::string out;
+    source.on_truth([&](const Truth& t) { out += "t" + std::to_string((t.epoch - t0).ns / 1'000'000) + " "; });
+    while (const auto event = source.next()) out += std::to_string(std::get<RadarTspi>(*event).sequence) + " ";
+    EXPECT_EQ(source.last_tick(), t0);
+    return out;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ArchiveOrder, WhatIsBehindByATickIsSaid) {
+  write({1, 4, 3, 5});
+  EXPECT_EQ(read({}), "1 4 3 5 ") << "threads that take messages may cross";
+  EXPECT_EQ(read({.slack = milliseconds(51)}), "1 4 3 5 ");
+  EXPECT_THROW(read({.slack = milliseconds(50)}), OrderError);
+  EXPECT_THROW(read({.slack = Duration{0}}), OrderError);
+}
+
+TEST_F(ArchiveOrder, TopicAfterTopicIsSaidOrSorted) {
+  write({100, 130, 160, 101, 102, 161}, {8090, 5039, 9000});
+  try {
+    read({});
+    FAIL() << "a file out of order was not noticed";
+  } catch (const OrderError& error) {
+    EXPECT_NE(std::string(error.what()).find("a.mcap: not in the order of time: an event was received 2.950 s before"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(read({.sort = true}), "t5039 100 101 102 130 160 t8090 161 t9000 ");
+}
+
+TEST_F(ArchiveOrder, EqualTimesStayAsTheyWereConsumed) {
+  Writer writer(folder_ / "a.mcap");
+  for (const std::uint64_t sequence : {7, 3, 5}) {
+    RadarTspi radar = some_radar(0);
+    radar.sequence = sequence;
+    writer.write(Event(radar));
+  }
+  writer.write_last_tick(t0);
+  EXPECT_TRUE(writer.close().ok());
+  EXPECT_EQ(read({.sort = true}), "7 3 5 ");
+}
+
+TEST_F(ArchiveOrder, ASilenceOfMonthsIsAWrongClock) {
+  write({1, 60'000'000});  // 34.7 days
+  EXPECT_THROW(read({}), ArchiveError);
+  std::filesystem::remove(folder_ / "a.mcap");
+  {
+    Writer writer(folder_ / "a.mcap");
+    writer.write(Event(some_radar(1)));
+    writer.write_last_tick(t0 + Duration{std::int64_t{31} * 86'400'000'000'000});
+  }
+  EXPECT_THROW(read({}), ArchiveError);
+}
+
+TEST_F(ArchiveOrder, AnArchiveWithoutEventsSaysWhatItHolds) {
+  {
+    Writer writer(folder_ / "a.mcap");
+    writer.write(Result(some_slaving()));
+    writer.write_truth(some_truth());
+  }
+  try {
+    require_events(folder_ / "a.mcap");
+    FAIL() << "an archive without events passed";
+  } catch (const ArchiveError& error) {
+    EXPECT_NE(std::string(error.what()).find("it holds 2 results and truths"), std::string::npos) << error.what();
+  }
+  std::filesystem::remove(folder_ / "a.mcap");
+  write({1});
+  EXPECT_NO_THROW(require_events(folder_ / "a.mcap"));
+}
+
 TEST(ArchiveReplay, DoesNotRecordOverAFlight) {
   const TemporaryFolder folder;
   write_text(folder / "a.mcap", "precious");

@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <archive/replay.hpp>
 #include <archive/writer.hpp>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <numeric>
 
 #include "flight.hpp"
 #include "pace.hpp"
@@ -17,6 +19,7 @@ struct Options {
   std::string out;
   std::string methods;
   std::string rate = "max";
+  bool sort = false;
   bool over_dds = false;
   std::string nodes;
   OutputFiles files;
@@ -45,13 +48,50 @@ int judge_end(const archive::EventSource& source, const std::string& path) {
   return exit_cut_off;
 }
 
+/// How many results of each kind there were, and how many measurements of each verdict.
 struct Counter final : ResultSink {
-  void emit(const Result& result) override { ++count[result.index()]; }
+  void emit(const Result& result) override {
+    ++count[result.index()];
+    if (const auto* observation = std::get_if<Observation>(&result)) count_verdict(*observation);
+  }
+  void count_verdict(const Observation& observation) { ++verdicts.at(static_cast<std::size_t>(observation.verdict)); }
   std::array<std::uint64_t, std::variant_size_v<Result>> count{};
+  std::array<std::uint64_t, reason_count> verdicts{};
 };
 
+/// What most often makes a whole flight worth nothing.
+std::string advice(Reason reason) {
+  switch (reason) {
+    case Reason::SimulatedMismatch:
+      return "the flight is simulated and the configuration expects a real one, or the reverse: "
+             "--set ingest.expect_simulated=true or false";
+    case Reason::UnknownSource:
+      return "the configuration does not have these radars, stations or targets: is it this flight's range?";
+    default:
+      return "is this the flight's configuration?";
+  }
+}
+
+/// Says so when there were measurements and none was accepted. The exit code.
+int judge_verdicts(const Counter& counter, const std::string& path) {
+  const auto& verdicts = counter.verdicts;
+  const std::uint64_t rejected = std::accumulate(verdicts.begin() + 1, verdicts.end(), std::uint64_t{0});
+  if (rejected == 0 || verdicts[static_cast<std::size_t>(Reason::Accepted)] > 0) return exit_ok;
+  std::string reasons;
+  for (std::size_t i = 1; i < verdicts.size(); ++i) {
+    if (verdicts[i] == 0) continue;
+    reasons += (reasons.empty() ? "" : ", ") + std::to_string(verdicts[i]) + ' ' +
+               std::string(to_string(static_cast<Reason>(i)));
+  }
+  const auto most = static_cast<Reason>(std::max_element(verdicts.begin() + 1, verdicts.end()) - verdicts.begin());
+  std::cerr << "downrange: " << path << ": none of its " << rejected << " measurements was accepted (" << reasons
+            << "); " << advice(most) << '\n';
+  return exit_failed;
+}
+
 int replay_here(const Options& o, const config::ServiceConfig& config) {
-  archive::EventSource source(o.archive);
+  archive::require_events(o.archive);
+  archive::EventSource source(o.archive, {.sort = o.sort, .slack = config.range.tick});
   std::optional<archive::Writer> writer;
   std::optional<ArchiveSink> to_archive;
   Counter counter;
@@ -77,6 +117,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
     if (!first) first = last;
     pace.wait_until(last);
     if (writer) writer->write(event);
+    if (const auto* observation = std::get_if<Observation>(&event)) counter.count_verdict(*observation);
     if (++events % 256 == 0) progress.show(source.progress());
   });
   if (writer && source.last_tick()) writer->write_last_tick(*source.last_tick());
@@ -92,11 +133,16 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
       "observations", "bias records", "trajectory records", "slaving commands", "health records"};
   for (std::size_t i = 0; i < names.size(); ++i)
     std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
-  return code == exit_ok ? end : code;
+  const int verdicts = judge_verdicts(counter, o.archive);
+  if (code != exit_ok) return code;
+  return verdicts != exit_ok ? verdicts : end;
 }
 
 int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
-  archive::EventSource source(o.archive);
+  archive::require_events(o.archive);
+  // Each step has a time of its own: no event may be behind another at all.
+  const archive::EventOrder order{.sort = o.sort, .slack = Duration{0}};
+  archive::EventSource source(o.archive, order);
   std::vector<Name> nodes = parse_names(o.nodes);
   if (nodes.empty()) {
     nodes = config.dds.ingest_nodes;
@@ -105,7 +151,7 @@ int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
   // The last tick stands at the archive's end: a first pass finds it, and that every record can be read.
   while (source.next()) {
   }
-  archive::EventSource again(o.archive);
+  archive::EventSource again(o.archive, order);
   Progress progress("flying");
   drive_over_dds(
       config, "downrange-replay", {.nodes = nodes, .rate = parse_rate(o.rate)}, [&] { return again.next(); },
@@ -124,6 +170,9 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_option("--methods", o->methods, "Methods side by side, comma-separated (default: the configuration's)");
   command->add_option("--out", o->out, "Write events and results to this archive (.mcap)");
   command->add_option("--rate", o->rate, "Seconds of flight per second, or max")->capture_default_str();
+  command->add_flag("--sort", o->sort,
+                    "Read the whole archive first and replay its events in the order they were received: for files of "
+                    "tools that merge or sort by topic");
   command->add_flag("--dds", o->over_dds, "Publish the recorded messages to running nodes, on the range clock");
   command->add_option("--nodes", o->nodes,
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
@@ -131,12 +180,17 @@ void add_replay(CLI::App& app, Run& run) {
   o->dds.add_to(*command);
   command->footer(
       "In-process replay of a recorded flight gives the recorded bits again: compare with downrange diff.\n"
+      "Exit code 1: no event in the archive, or none of its measurements accepted.\n"
       "Exit code 3: the archive is cut off, and replayed up to its last complete record.");
   command->callback([o, &run] {
     run = [o] {
       o->files.check({o->out}, {o->archive, o->dds.config});
       const auto config = configuration(*o);
-      return o->over_dds ? replay_over_dds(*o, config) : replay_here(*o, config);
+      try {
+        return o->over_dds ? replay_over_dds(*o, config) : replay_here(*o, config);
+      } catch (const archive::OrderError& error) {
+        throw archive::ArchiveError(std::string(error.what()) + "; --sort reads the whole archive and sorts it first");
+      }
     };
   });
 }
