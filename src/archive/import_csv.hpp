@@ -1,7 +1,9 @@
 #pragma once
-/// Imports measurements that exist as CSV files into an archive, by a declared mapping (import_mapping.hpp).
+/// Imports measurements that exist as tables of text (CSV and its kin) into an archive, by a declared mapping
+/// (import/mapping.hpp).
 
-#include <archive/import_mapping.hpp>
+#include <archive/import/mapping.hpp>
+#include <archive/import/table_reader.hpp>
 #include <archive/writer.hpp>
 #include <cstdint>
 #include <filesystem>
@@ -15,7 +17,7 @@ namespace downrange::archive {
 /// How often something was wrong, and the first few places.
 struct Defects {
   struct Row {
-    std::uint64_t line = 0;  ///< in the CSV file, the header's being 1
+    std::uint64_t line = 0;  ///< in the file, from 1
     std::string what;
   };
   std::uint64_t count = 0;
@@ -29,6 +31,12 @@ struct FileReport {
   Name source;  ///< radar, telemetry station; for truth: the target
   std::uint64_t rows = 0;
   std::uint64_t imported = 0;
+
+  std::vector<std::string> notes;   ///< how it was read, where the mapping does not say so
+  std::string plausibility;         ///< spans of its times and values, for a person to look at
+  std::vector<std::string> doubts;  ///< what can hardly be as the mapping says
+  PassedOver passed_over;
+  std::uint64_t left_empty = 0;  ///< optional values that rows do not have
 
   // Rows left out.
   Defects malformed;   ///< fields missing, not a number, no such place or time
@@ -52,16 +60,17 @@ struct ImportReport {
 };
 
 struct ImportOptions {
-  std::optional<std::filesystem::path> folder;    ///< of the CSV files, instead of the mapping's
+  std::optional<std::filesystem::path> folder;    ///< of the files, instead of the mapping's
+  std::optional<int> leap_seconds;                ///< GPS minus UTC, where the mapping does not say
   std::function<void(double fraction)> progress;  ///< 0 to 1, called now and then
   WriterOptions writer;
 };
 
 /// Imports every file of the mapping into a new archive: events in the order they were received (ties by topic, source,
 /// target, sequence), the lift-off among them, truth records beside them, the mapping as attachment "import.toml".
-/// The sequence of a record is its row's number in its file. Imported measurements are not simulated.
-/// Throws ImportError for a wrong mapping or a CSV file that does not fit it, ArchiveError when the archive cannot be
-/// written; nothing is written before all files are read.
+/// The sequence of a record is its row's number in its file, or among its sorted rows. Imported measurements are not
+/// simulated. Throws ImportError for a wrong mapping, a file that does not fit it and a file that gives no record;
+/// ArchiveError when the archive cannot be written. Nothing is written before all files are read.
 [[nodiscard]] ImportReport import_csv(const std::filesystem::path& mapping, const std::filesystem::path& archive,
                                       const ImportOptions& options = {});
 

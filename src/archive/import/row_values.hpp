@@ -1,0 +1,71 @@
+#pragma once
+/// The cells of one row as numbers, times and choices.
+
+#include <archive/import/mapping.hpp>
+#include <archive/import/times.hpp>
+#include <array>
+#include <bitset>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace downrange::archive {
+
+/// What the cells of all rows of a file have in common.
+struct CellRules {
+  Time liftoff;
+  Duration scale_minus_utc;  ///< of the file's time scale
+  DecimalMark mark = DecimalMark::Point;
+};
+
+enum class CellProblem : std::uint8_t {
+  None,
+  Malformed,  ///< no number, no time, no such place
+  NotFinite,  ///< empty, NaN, infinite
+};
+
+/// Reads row after row: a time of day is continued from the row before.
+class RowValues {
+ public:
+  RowValues(const FileMapping& mapping, const CellRules& rules) : mapping_(mapping), rules_(rules) {}
+
+  /// Takes the cells of a row; `places` says where each mapped column is. Else what is wrong, told by `what()`. Throws
+  /// ImportError (reason only) for times whose meaning the mapping must say.
+  [[nodiscard]] CellProblem read(const std::vector<std::string_view>& fields, const std::vector<std::size_t>& places);
+  [[nodiscard]] const std::string& what() const { return what_; }
+
+  [[nodiscard]] double value(Field field) const { return values_[static_cast<std::size_t>(field)]; }
+  /// Whether the row has a value for the field.
+  [[nodiscard]] bool has(Field field) const { return there_[static_cast<std::size_t>(field)]; }
+  [[nodiscard]] Time epoch() const { return epoch_; }
+  [[nodiscard]] Time received() const { return received_; }
+  /// Optional fields of the row that have no value.
+  [[nodiscard]] std::size_t left_empty() const { return left_empty_; }
+  /// The first cell of text that a time column has, as it is; empty while there was none.
+  [[nodiscard]] const std::string& clock_example() const { return clock_example_; }
+
+ private:
+  CellProblem read_cell(const ColumnMapping& column, std::string_view text);
+  CellProblem read_time(const ColumnMapping& column, std::string_view text);
+  CellProblem read_choice(const ColumnMapping& column, std::string_view text);
+  CellProblem problem(CellProblem kind, const ColumnMapping& column, const std::string& what);
+  [[nodiscard]] std::optional<long double> clock_ns(const ColumnMapping& column, const ClockTime& clock);
+  [[nodiscard]] long double base_ns(const ColumnMapping& column, Since since) const;
+  [[nodiscard]] std::int64_t continued(const ColumnMapping& column, std::int64_t ns) const;
+  [[nodiscard]] std::string other_meaning(long double number) const;
+
+  const FileMapping& mapping_;
+  CellRules rules_;
+  std::array<double, field_count> values_{};
+  std::bitset<field_count> there_;
+  Time epoch_;
+  Time received_;
+  std::optional<Time> last_epoch_;
+  std::optional<Time> last_received_;
+  std::size_t left_empty_ = 0;
+  std::string what_;
+  std::string clock_example_;
+};
+
+}  // namespace downrange::archive
