@@ -37,9 +37,10 @@ class FileImport {
     report_.source = mapping_.kind == FileKind::Truth ? mapping_.target : mapping_.source;
     const SourceText source = read_source(mapping_.path);
     TableReader table(mapping_, source.text);
-    RowValues values(mapping_, {clock_.liftoff, scale_minus_utc(), decimal_mark(table)});
+    const DecimalMark mark = decimal_mark(table);
+    RowValues values(mapping_, {clock_.liftoff, scale_minus_utc(), mark});
     read_rows(table, values, source.text.size(), progress);
-    tell_format(table, values, source);
+    tell_format(table, values, source, mark);
     if (rows_.empty()) fail(nothing_imported(table));
     put_in_order();
     judge_order();
@@ -105,8 +106,10 @@ class FileImport {
     // What a delimiter at the end of each row makes.
     while (fields.size() > table.width() && fields.back().empty()) fields.pop_back();
     if (fields.size() != table.width()) {
+      const bool doubled = fields.size() == 2 * table.width() && table.delimiter() == ',';
       note(report_.malformed, table.line(),
-           std::to_string(fields.size()) + " fields instead of " + std::to_string(table.width()));
+           std::to_string(fields.size()) + " fields instead of " + std::to_string(table.width()) +
+               (doubled ? ": decimal commas beside a comma as delimiter cannot be told apart" : ""));
       return false;
     }
     CellProblem problem = CellProblem::None;
@@ -225,12 +228,13 @@ class FileImport {
   }
 
   /// How the file was read, where the mapping does not say so.
-  void tell_format(const TableReader& table, const RowValues& values, const SourceText& source) {
+  void tell_format(const TableReader& table, const RowValues& values, const SourceText& source, DecimalMark mark) {
     auto& notes = report_.notes;
     if (!source.encoding.empty()) notes.push_back("text in " + source.encoding);
     if (!mapping_.delimiter && table.delimiter() != ',') {
       notes.push_back("delimiter " + show_delimiter(table.delimiter()));
     }
+    if (!mapping_.decimal && mark == DecimalMark::Comma) notes.emplace_back("decimal comma");
     if (table.header_line() > 1) notes.push_back("header on line " + std::to_string(table.header_line()));
     if (!values.clock_example().empty()) notes.push_back("times of day such as " + values.clock_example());
     const PassedOver& passed = report_.passed_over;

@@ -54,7 +54,7 @@ std::string order_problem(const FileMapping& mapping, const std::vector<RowTimes
   }
   if (mapping.sort || mapping.kind == FileKind::Truth) return {};
   constexpr const char* remedy = "; write sort = true to sort the rows, or sort = false to take them as they stand";
-  if (backward > forward) {
+  if (backward > forward && backward > 1) {
     return "the rows are newest first (" + std::to_string(backward) + " steps back in time, the first at " +
            at_line(first_backward) + ")" + remedy;
   }

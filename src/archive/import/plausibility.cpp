@@ -109,13 +109,14 @@ class Judge {
     }
     if (const double step = median(std::move(steps)); step > 0) add(format("%.4g rows/s", 1 / step));
     if (mostly([&](const PlausibleRow& r) { return std::abs(since(r)) > far_from_liftoff_s; })) {
-      impossible(
-          format("its times are %.1f days from lift-off: is liftoff right? Are the times of another unit "
-                 "(unit = ...) or counted from another moment (since = ...)?",
-                 times.least / day_s));
+      impossible(format("its times are %.1f days from lift-off: is liftoff right? Are the times of another unit "
+                        "(unit = ...) or counted from another moment (since = ...)?",
+                        times.least / day_s) +
+                 other_reference(times));
     }
     if (times.least > hour_s || times.most < -hour_s) {
-      doubt("no row within an hour of lift-off: liftoff, unit and since of the times are right?");
+      doubt("no row within an hour of lift-off: liftoff, unit and since of the times are right?" +
+            other_reference(times));
     }
     if (kind_ == FileKind::Truth) return;
     std::vector<double> delays;
@@ -125,6 +126,20 @@ class Judge {
       doubt(format("rows are received %.3f s %s their epoch: the same unit and time scale (time_scale)?",
                    std::abs(delay_s), delay_s < 0 ? "before" : "after"));
     }
+  }
+
+  /// Where the same numbers, from another moment, would lie within an hour of lift-off.
+  [[nodiscard]] std::string other_reference(const Span& times) const {
+    const double liftoff_s = static_cast<double>(liftoff_.ns) * 1e-9;
+    constexpr double gps_epoch_s = 315'964'800;
+    const std::pair<const char*, double> references[] = {
+        {"unix", liftoff_s}, {"gps", liftoff_s - gps_epoch_s}, {"midnight", std::fmod(liftoff_s, day_s)}};
+    for (const auto& [since, at_s] : references) {
+      if (times.least < at_s + hour_s && times.most > at_s - hour_s) {
+        return std::string(" They would be near it with since = \"") + since + '"';
+      }
+    }
+    return {};
   }
 
   void judge_angles() {
@@ -146,7 +161,7 @@ class Judge {
     const double turn = 2 * std::numbers::pi * deg;  // a turn of radians, taken as degrees
     const bool small = std::max(std::abs(az.least), std::abs(az.most)) <= turn &&
                        std::max(std::abs(el.least), std::abs(el.most)) <= turn / 4;
-    if (small && (az.most - az.least > 0.5 * deg || el.most - el.least > 0.5 * deg)) {
+    if (small && rows_.size() > 1) {
       doubt("every angle is small enough to be radians taken as degrees: unit = \"rad\"?");
     }
   }
@@ -179,7 +194,8 @@ class Judge {
       const Eigen::Vector3d& p = r.position.m;
       return p.norm() > 1 && !(p.y() == 0 && p.z() == 0);
     });
-    if (fixes.empty()) return add("no position but zeros");
+    if (fixes.size() < rows_.size()) add(std::to_string(rows_.size() - fixes.size()) + " positions of zeros");
+    if (fixes.empty()) return;
     const double radius = median_of(fixes, [](const PlausibleRow& r) { return r.position.m.norm(); });
     if (radius < earth_radius_least_m || radius > 1e9) {
       impossible(

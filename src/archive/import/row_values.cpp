@@ -183,7 +183,10 @@ CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view t
     }
     if (number.kind == NumberKind::NotANumber || column.text) {
       return problem(CellProblem::Malformed, column,
-                     text::in_quotes(text) + (column.text ? " is no date and no time of day" : " is not a number"));
+                     text::in_quotes(text) + (text.find(':') != std::string_view::npos
+                                                  ? " is no time: dates are year-month-day or year-day of year"
+                                              : column.text ? " is no date and no time of day"
+                                                            : " is not a number"));
     }
     const Since since = column.since.value_or(Since::Liftoff);
     const long double span = number.value * column.factor + column.offset * 1e9L;
