@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <downrange/est/method.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <map>
 #include <set>
 
@@ -157,19 +158,12 @@ void check_node(const ServiceConfig& config, const Checker& check) {
   check.require(
       s.align == s.fuse && (s.fuse || !s.slave) && (s.ingest || s.fuse), "node.stages",
       R"(allowed: align and fuse together, slave only with them, e.g. ["ingest"] or ["align", "fuse", "slave"])");
-  std::set<Name> sensors;
-  for (const RadarConfig& radar : config.range.radars) sensors.insert(radar.id);
-  for (const AngleSensorConfig& sensor : config.range.angle_sensors) sensors.insert(sensor.id);
-  for (const TelemetryConfig& station : config.range.telemetry) sensors.insert(station.id);
-  const std::vector<std::string> known = [&] {
-    std::vector<std::string> texts;
-    texts.reserve(sensors.size());
-    for (const Name& name : sensors) texts.emplace_back(name.view());
-    return texts;
-  }();
+  const SourceTable sources(config.range);
+  std::vector<std::string> known;
+  for (const Source& source : sources) known.emplace_back(source.name.view());
   for (const Name& source : config.node.sources) {
     const std::string name(source.view());
-    check.require(sensors.contains(source), "node.sources",
+    check.require(sources.find(source) != no_source, "node.sources",
                   "found \"" + name + "\", allowed: ids of [[radar]], [[angle_sensor]] and [[telemetry]]" +
                       suggestion(name, known));
   }

@@ -9,11 +9,6 @@ namespace {
 
 constexpr int mostly = 10;  ///< rejected this often in a row, a source is not to be trusted
 
-template <class Sensor>
-Duration three_periods(const Sensor& sensor) {
-  return std::max(seconds(1.0), seconds(3 / sensor.rate_hz));
-}
-
 }  // namespace
 
 std::string_view why_not_qualified(const SourceHealth& health) {
@@ -29,19 +24,14 @@ std::string_view why_not_qualified(const SourceHealth& health) {
 }
 
 SourceMonitor::SourceMonitor(const RangeConfig& config) {
-  const auto add = [&](const auto& entries, ObservationKind kind, const auto& silent_after) {
-    for (const auto& entry : entries) {
-      Source s;
-      s.sensor = entry.id;
-      s.kind = kind;
-      s.account = static_cast<int>(sources_.size());
-      s.silent_after = silent_after(entry);
-      sources_.push_back(s);
-    }
-  };
-  add(config.radars, ObservationKind::Radar, three_periods<RadarConfig>);
-  add(config.angle_sensors, ObservationKind::Angles, three_periods<AngleSensorConfig>);
-  add(config.telemetry, ObservationKind::Gps, [&](const TelemetryConfig&) { return config.align.gps_max_age; });
+  for (const downrange::Source& configured : SourceTable(config)) {
+    Source s;
+    s.sensor = configured.name;
+    s.kind = configured.kind;
+    s.account = static_cast<int>(sources_.size());
+    s.silent_after = configured.silent_after;
+    sources_.push_back(s);
+  }
   Source unknown;
   unknown.sensor = "(not configured)";
   sources_.push_back(unknown);
@@ -50,7 +40,7 @@ SourceMonitor::SourceMonitor(const RangeConfig& config) {
 void SourceMonitor::count(const Observation& o) {
   // Sources of one name are of different kinds (an unknown station may call itself as a radar does).
   const auto found = std::find_if(sources_.begin(), std::prev(sources_.end()),
-                                  [&](const Source& s) { return s.kind == o.kind && s.sensor == o.sensor; });
+                                  [&](const Source& s) { return s.kind == kind_of(o.kind) && s.sensor == o.sensor; });
   Source* source = &*found;  // the last one: whoever is not configured
   ++source->messages;
   ++source->count[static_cast<std::size_t>(o.verdict)];

@@ -4,6 +4,7 @@
 #include <downrange/est/method.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <vector>
 
 namespace downrange {
@@ -22,7 +23,7 @@ class SourceMonitor {
   struct Source {
     Name sensor;
     Name target;
-    ObservationKind kind = ObservationKind::Radar;
+    SourceKind kind = SourceKind::Radar;
     int account = -1;            ///< index in the method's accounts, -1: none
     Duration silent_after = {};  ///< no message for longer
     std::array<std::uint64_t, reason_count> count{};

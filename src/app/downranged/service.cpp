@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <downrange/stage/source_table.hpp>
 #include <exception>
 
 namespace downrange::app {
@@ -12,11 +13,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Well inside of the shortest liveliness lease.
-constexpr auto assertion_interval = 10ms;
 constexpr auto status_interval = 1s;
 /// How long the range clock may be silent before this node looks at its own affairs.
 constexpr auto step_wait = 10ms;
+/// An engine that is further behind its wall clock (a step of UTC, a stopped process) does not run every tick to catch up.
+constexpr Duration longest_catch_up = milliseconds(500);
+/// For inputs that still wait when the service is told to stop.
+constexpr auto last_inputs = 300ms;
 
 dds::ParticipantOptions participant_options(const config::ServiceConfig& config) {
   const bool range_clock = config.clock.mode == config::ClockMode::Range;
@@ -39,8 +42,7 @@ std::vector<Name> ingest_nodes(const config::ServiceConfig& config) {
 
 std::vector<Name> source_names(const RangeConfig& range) {
   std::vector<Name> names;
-  for (const RadarConfig& radar : range.radars) names.push_back(radar.id);
-  for (const TelemetryConfig& station : range.telemetry) names.push_back(station.id);
+  for (const Source& source : SourceTable(range)) names.push_back(source.name);
   return names;
 }
 
@@ -74,7 +76,7 @@ Service::Service(const config::ServiceConfig& config, std::function<void()> on_f
   for (const std::string& note : participant_.notes()) spdlog::warn("dds: {}", note);
   const bool sensors = config_.node.stages.ingest;
   if (config_.clock.mode == config::ClockMode::Wall) {
-    flight_ = std::make_unique<Flight>(config_, outputs_, open_recorder());
+    flight_ = std::make_unique<Flight>(config_, outputs_, open_recorder(), utc_);
     state_ = "running";
     const auto enqueue = [this](const Event& event, const dds::RangeStamp&, const Name&) {
       if (takes(event)) queue_.push(event);
@@ -120,13 +122,14 @@ void Service::follow_wall_clock() {
     const Time now = utc_();
     if (const auto step = utc_watch_.look(now, Clock::now())) take_step(*step);
     consume_arrived();
+    leave_out_ticks(now);
     flight_->advance(now);
     beat();
     const Time next_tick = ceil_to_grid(now + Duration{1}, config_.range.tick);
     // At most a tick: UTC may have been stepped back in between.
     queue_.wait(std::chrono::nanoseconds(std::min(next_tick - utc_(), config_.range.tick).ns));
   }
-  consume_arrived();
+  consume_the_rest();
 }
 
 void Service::take_step(Duration step) {
@@ -140,16 +143,35 @@ void Service::take_step(Duration step) {
   begin_flight();
 }
 
+void Service::leave_out_ticks(Time now) {
+  const Time last = flight_->last_tick();
+  if (!plausible(last) || now - last <= std::max(longest_catch_up, config_.range.tick + config_.range.tick)) return;
+  spdlog::warn("engine {:.1f} s behind its clock: the ticks of that time are left out", (now - last).seconds());
+  flight_->consume(ClockGap{last, now});
+}
+
 void Service::consume_arrived() {
   // As many as there were at first: a flood must not hold up the ticks.
-  for (std::size_t waiting = queue_.depth(); waiting > 0; --waiting) {
-    std::optional<Event> event = queue_.pop();
-    if (!event) return;
-    // Stamped before UTC was stepped back, it would take the new engine to a time yet to come.
-    set_received(*event, std::min(received_of(*event), utc_()));
-    flight_->consume(*event);
-    latency_.add(utc_() - received_of(*event));
+  for (std::size_t waiting = queue_.depth(); waiting > 0 && !stop_; --waiting) {
+    consume_oldest();
+    beat();
   }
+}
+
+void Service::consume_the_rest() {
+  const auto end = Clock::now() + last_inputs;
+  while (queue_.depth() > 0 && Clock::now() < end) consume_oldest();
+  if (queue_.depth() > 0) spdlog::warn("stopped before {} inputs that had arrived were used", queue_.depth());
+}
+
+void Service::consume_oldest() {
+  std::optional<Event> event = queue_.pop();
+  if (!event) return;
+  // Stamped before UTC was stepped back, it would take the new engine to a time yet to come.
+  set_received(*event, std::min(received_of(*event), utc_()));
+  leave_out_ticks(received_of(*event));
+  flight_->consume(*event);
+  latency_.add(utc_() - received_of(*event));
 }
 
 void Service::follow_range_clock() {
@@ -205,7 +227,7 @@ void Service::begin_flight() {
     archive_failure_ = error.what();
     spdlog::error("archive cannot be opened, tracking goes on without it: {}", archive_failure_);
   }
-  flight_ = std::make_unique<Flight>(config_, outputs_, std::move(recorder));
+  flight_ = std::make_unique<Flight>(config_, outputs_, std::move(recorder), input_ ? utc_ : std::function<Time()>{});
 }
 
 std::unique_ptr<Recorder> Service::open_recorder() const {
@@ -222,6 +244,7 @@ void Service::end_flight() {
   if (!flight_) return;
   consumed_before_ += flight_->consumed();
   emitted_before_ += flight_->emitted();
+  expired_before_ += flight_->expired();
   flight_.reset();
 }
 
@@ -234,11 +257,6 @@ bool Service::takes(const Event& event) const {
 void Service::beat() {
   ++progress_;
   const auto now = Clock::now();
-  // On the range clock leases are infinite, and the writers' profiles refuse an assertion.
-  if (input_ && now >= next_assertion_) {
-    outputs_.assert_liveliness();
-    next_assertion_ = now + assertion_interval;
-  }
   if (now >= next_status_) {
     publish_status();
     next_status_ = now + status_interval;
@@ -293,7 +311,9 @@ void Service::report_losses(std::uint64_t dropped, const EventQueue::Losses& que
   if (incompatible != reported_.incompatible) {
     spdlog::warn("peers met whose QoS does not suit: {} writers, {} readers", read.incompatible, written.incompatible);
   }
-  reported_ = {dropped, written.failures, incompatible};
+  const std::uint64_t expired = expired_before_ + (flight_ ? flight_->expired() : 0);
+  if (expired != reported_.expired) spdlog::warn("commands not sent so far, for they had expired: {}", expired);
+  reported_ = {dropped, written.failures, incompatible, expired};
 }
 
 }  // namespace downrange::app

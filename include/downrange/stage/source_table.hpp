@@ -1,0 +1,52 @@
+#pragma once
+/// Every configured source, whatever its kind, under one dense number: the one place that knows all the kinds.
+
+#include <cstdint>
+#include <downrange/geo/name.hpp>
+#include <downrange/geo/site.hpp>
+#include <downrange/geo/time.hpp>
+#include <downrange/stage/event.hpp>
+#include <downrange/stage/range_config.hpp>
+#include <string_view>
+#include <vector>
+
+namespace downrange {
+
+/// Index in the table: radars first, then angles-only trackers, then telemetry stations, each as configured.
+using SourceId = int;
+inline constexpr SourceId no_source = -1;
+
+enum class SourceKind : std::uint8_t { Radar, AngleSensor, Telemetry };
+
+/// "radar", "angle_sensor", "telemetry": the name of its table in the configuration.
+[[nodiscard]] std::string_view to_string(SourceKind kind);
+
+/// The kind of source that such an observation comes from.
+[[nodiscard]] SourceKind kind_of(ObservationKind kind);
+
+struct Source {
+  Name name;
+  SourceKind kind = SourceKind::Radar;
+  Site site;
+  Duration silent_after;  ///< nothing heard for longer: the source is silent
+};
+
+class SourceTable {
+ public:
+  explicit SourceTable(const RangeConfig& config);
+
+  [[nodiscard]] std::size_t size() const { return sources_.size(); }
+  [[nodiscard]] auto begin() const { return sources_.begin(); }
+  [[nodiscard]] auto end() const { return sources_.end(); }
+  [[nodiscard]] const Source& operator[](SourceId id) const { return sources_[static_cast<std::size_t>(id)]; }
+
+  /// `no_source` where none of that kind has this name: a station may call itself as a radar does.
+  [[nodiscard]] SourceId find(SourceKind kind, const Name& name) const;
+  /// Of any kind: the configuration gives each name once.
+  [[nodiscard]] SourceId find(const Name& name) const;
+
+ private:
+  std::vector<Source> sources_;
+};
+
+}  // namespace downrange
