@@ -31,6 +31,8 @@ const google::protobuf::Descriptor* descriptor(RecordKind kind) {
       return record::Truth::descriptor();
     case RecordKind::AngleTspi:
       return record::AngleTspi::descriptor();
+    case RecordKind::ClockGap:
+      return record::ClockGap::descriptor();
   }
   return nullptr;
 }

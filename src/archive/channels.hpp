@@ -23,6 +23,7 @@ enum class RecordKind : std::uint8_t {
   LastTick,
   Truth,
   AngleTspi,
+  ClockGap,
 };
 
 /// One MCAP channel. Its schema's id is 1 + its record kind.
@@ -48,10 +49,11 @@ inline constexpr Channel health_channel{9, RecordKind::SourceHealth, Role::Outpu
 inline constexpr Channel last_tick_channel{10, RecordKind::LastTick, Role::Mark, "downrange/last_tick"};
 inline constexpr Channel truth_channel{11, RecordKind::Truth, Role::Truth, "sim/truth"};
 inline constexpr Channel angles_channel{12, RecordKind::AngleTspi, Role::Input, "range/angles"};
+inline constexpr Channel clock_gap_channel{13, RecordKind::ClockGap, Role::Input, "downrange/clock_gap"};
 inline constexpr std::array channels{
-    radar_channel,           gps_channel,       mission_channel,    observation_in_channel,
-    observation_out_channel, bias_channel,      trajectory_channel, slaving_channel,
-    health_channel,          last_tick_channel, truth_channel,      angles_channel};
+    radar_channel, gps_channel,        mission_channel,  observation_in_channel, observation_out_channel,
+    bias_channel,  trajectory_channel, slaving_channel,  health_channel,         last_tick_channel,
+    truth_channel, angles_channel,     clock_gap_channel};
 
 /// The word of a channel's metadata key "role": "input", "output", "mark", "truth".
 [[nodiscard]] std::string_view to_string(Role role);

@@ -19,6 +19,7 @@ void to_proto(const SensorBias& in, record::SensorBias& out);
 void to_proto(const Trajectory& in, record::Trajectory& out);
 void to_proto(const SlavingCommand& in, record::SlavingCommand& out);
 void to_proto(const SourceHealth& in, record::SourceHealth& out);
+void to_proto(const ClockGap& in, record::ClockGap& out);
 void to_proto(const LastTick& in, record::LastTick& out);
 void to_proto(const Truth& in, record::Truth& out);
 
@@ -38,6 +39,7 @@ struct Defect {
 [[nodiscard]] Trajectory from_proto(const record::Trajectory& in, Defect& defect);
 [[nodiscard]] SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect);
 [[nodiscard]] SourceHealth from_proto(const record::SourceHealth& in, Defect& defect);
+[[nodiscard]] ClockGap from_proto(const record::ClockGap& in, Defect& defect);
 [[nodiscard]] LastTick from_proto(const record::LastTick& in, Defect& defect);
 [[nodiscard]] Truth from_proto(const record::Truth& in, Defect& defect);
 

@@ -232,6 +232,8 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   return out;
 }
 
+ClockGap from_proto(const record::ClockGap& in, Defect&) { return {{in.received_ns()}, {in.resumed_ns()}}; }
+
 LastTick from_proto(const record::LastTick& in, Defect&) { return {{in.tick_ns()}}; }
 
 Truth from_proto(const record::Truth& in, Defect& defect) {

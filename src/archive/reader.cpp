@@ -25,6 +25,7 @@ Role usual_role(RecordKind kind) {
     case RecordKind::GpsFix:
     case RecordKind::AngleTspi:
     case RecordKind::MissionEvent:
+    case RecordKind::ClockGap:
       return Role::Input;
     case RecordKind::LastTick:
       return Role::Mark;
@@ -70,6 +71,8 @@ class Reader::Decoder {
         return decode(angles_, raw);
       case RecordKind::MissionEvent:
         return decode(mission_, raw);
+      case RecordKind::ClockGap:
+        return decode(gap_, raw);
       case RecordKind::Observation:
         return decode(observation_, raw);
       case RecordKind::SensorBias:
@@ -104,6 +107,7 @@ class Reader::Decoder {
   record::GpsFix gps_;
   record::AngleTspi angles_;
   record::MissionEvent mission_;
+  record::ClockGap gap_;
   record::Observation observation_;
   record::SensorBias bias_;
   record::Trajectory trajectory_;

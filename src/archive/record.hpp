@@ -36,7 +36,7 @@ struct BadRecord {
 };
 
 using Record = std::variant<RadarTspi, GpsFix, MissionEvent, Observation, SensorBias, Trajectory, SlavingCommand,
-                            SourceHealth, LastTick, Truth, AngleTspi, BadRecord>;
+                            SourceHealth, LastTick, Truth, AngleTspi, ClockGap, BadRecord>;
 
 /// Which side of the engine a message was on. An Observation can be either: consumed by a centre, made by an ingest.
 enum class Role : std::uint8_t { Input, Output, Mark, Truth };

@@ -217,6 +217,11 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_mismatch(in.mismatch);
 }
 
+void to_proto(const ClockGap& in, record::ClockGap& out) {
+  out.set_received_ns(in.received.ns);
+  out.set_resumed_ns(in.resumed.ns);
+}
+
 void to_proto(const LastTick& in, record::LastTick& out) { out.set_tick_ns(in.tick.ns); }
 
 void to_proto(const Truth& in, record::Truth& out) {

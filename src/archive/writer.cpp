@@ -16,6 +16,7 @@ struct Stamp {
 
 Stamp stamp(const SlavingCommand& command) { return {command.tick, command.apply_at}; }
 Stamp stamp(const SourceHealth& health) { return {health.time, health.time}; }
+Stamp stamp(const ClockGap& gap) { return {gap.received, gap.resumed}; }
 Stamp stamp(const LastTick& last) { return {last.tick, last.tick}; }
 Stamp stamp(const Truth& truth) { return {truth.epoch, truth.epoch}; }
 template <class T>
@@ -27,6 +28,7 @@ const Channel& input_channel(const MissionEvent&) { return mission_channel; }
 const Channel& input_channel(const RadarTspi&) { return radar_channel; }
 const Channel& input_channel(const GpsFix&) { return gps_channel; }
 const Channel& input_channel(const AngleTspi&) { return angles_channel; }
+const Channel& input_channel(const ClockGap&) { return clock_gap_channel; }
 const Channel& input_channel(const Observation&) { return observation_in_channel; }
 
 const Channel& output_channel(const Observation&) { return observation_out_channel; }
@@ -41,6 +43,7 @@ struct Messages {
   record::GpsFix gps;
   record::AngleTspi angles;
   record::MissionEvent mission;
+  record::ClockGap gap;
   record::Observation observation;
   record::SensorBias bias;
   record::Trajectory trajectory;
@@ -53,6 +56,7 @@ struct Messages {
   record::GpsFix& of(const GpsFix&) { return gps; }
   record::AngleTspi& of(const AngleTspi&) { return angles; }
   record::MissionEvent& of(const MissionEvent&) { return mission; }
+  record::ClockGap& of(const ClockGap&) { return gap; }
   record::Observation& of(const Observation&) { return observation; }
   record::SensorBias& of(const SensorBias&) { return bias; }
   record::Trajectory& of(const Trajectory&) { return trajectory; }

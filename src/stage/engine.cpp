@@ -37,6 +37,12 @@ class Engine::Impl {
   void operator()(const Observation& o) {
     if (!stages_.ingest) follow(ingest_.judge(o));
   }
+  void operator()(const ClockGap& gap) {
+    if (!plausible(gap.resumed) || !last_tick_ || gap.resumed <= next_tick_) return;
+    next_tick_ = ceil_to_grid(gap.resumed, config_.tick);
+    last_tick_ = next_tick_ - config_.tick;
+    last_event_ = gap.resumed;
+  }
 
   /// The time of an event, before it is handled.
   void event_at(Time received) {
@@ -86,7 +92,7 @@ class Engine::Impl {
   /// SLAVE, and what else goes out on the tick.
   void tick(Time t) {
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
-    if (methods_ && stages_.slave) slave_.tick(t, methods_->primary(), sink_);
+    if (methods_ && stages_.slave) slave_.tick(t, methods_->primary(), methods_->newest(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, methods_ ? &methods_->primary() : nullptr, sink_);
   }
 

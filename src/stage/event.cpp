@@ -23,6 +23,7 @@ std::tuple<int, Name, Name, std::uint64_t> step_rank(const Event& event) {
     std::tuple<int, Name, Name, std::uint64_t> operator()(const Observation& e) const {
       return {1 + static_cast<int>(e.kind), e.sensor, e.target, e.sequence};
     }
+    std::tuple<int, Name, Name, std::uint64_t> operator()(const ClockGap&) const { return {}; }  // of the wall clock
   };
   return std::visit(Rank{}, event);
 }

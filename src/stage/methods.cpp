@@ -1,5 +1,6 @@
 #include "methods.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <downrange/geo/polar.hpp>
 
@@ -68,7 +69,7 @@ MethodSettings settings_of(const RangeConfig& config) {
 
 }  // namespace
 
-Methods::Methods(const RangeConfig& config) : config_(config) {
+Methods::Methods(const RangeConfig& config) : config_(config), newest_(config.targets.size()) {
   const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
     runners_.push_back({.name = name,
@@ -90,6 +91,8 @@ void Methods::process(const Observation& o) {
   m.sigma_horizontal_m = o.sigma_horizontal_m;
   m.sigma_vertical_m = o.sigma_vertical_m;
   m.sigma_velocity_m_s = o.sigma_velocity_m_s;
+  Time& newest = newest_[static_cast<std::size_t>(m.target)];
+  newest = std::max(newest, m.epoch);
   for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
 }
 
@@ -145,6 +148,7 @@ void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
 
 void Methods::emit_trajectories_at(Time tick, ResultSink& sink) const {
   for (std::size_t target = 0; target < config_.targets.size(); ++target) {
+    if (tick - newest_[target] > config_.slave.coast) continue;
     for (const Runner& runner : runners_) {
       const auto estimate = runner.method->fused(static_cast<int>(target), tick);
       if (!estimate || tick - estimate->data_epoch > config_.slave.coast) continue;

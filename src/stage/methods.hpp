@@ -25,6 +25,10 @@ class Methods {
   /// FUSE's results on the tick: every target and method, predicted to `tick`.
   void emit_trajectories_at(Time tick, ResultSink& sink) const;
 
+  /// Epoch of the newest measurement of each target that the methods were given, used or not: no estimate has newer
+  /// data behind it. To be asked before an estimate is, which costs the more the older its data is.
+  [[nodiscard]] const std::vector<Time>& newest() const { return newest_; }
+
   /// The method that slaving and health follow.
   [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
 
@@ -47,6 +51,7 @@ class Methods {
 
   RangeConfig config_;
   std::vector<Runner> runners_;
+  std::vector<Time> newest_;  ///< per target
 };
 
 }  // namespace downrange

@@ -30,8 +30,9 @@ Slave::Slave(const RangeConfig& config) : config_(config) {
   }
 }
 
-void Slave::tick(Time tick, const Method& method, ResultSink& sink) {
+void Slave::tick(Time tick, const Method& method, std::span<const Time> newest, ResultSink& sink) {
   for (Antenna& antenna : antennas_) {
+    if (tick - newest[static_cast<std::size_t>(antenna.target)] > config_.slave.coast) continue;
     const Time apply_at = tick + antenna.config.link_delay + antenna.config.lead;
     const auto chosen = choose(method, antenna.target, tick, apply_at);
     if (!chosen) continue;

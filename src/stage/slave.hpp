@@ -5,6 +5,7 @@
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace downrange {
@@ -23,8 +24,9 @@ class Slave {
  public:
   explicit Slave(const RangeConfig& config);
 
-  /// One command per antenna that has a target to follow.
-  void tick(Time tick, const Method& method, ResultSink& sink);
+  /// One command per antenna that has a target to follow. `newest`: of each target, the epoch of the newest measurement
+  /// that the method was given; the method is not asked for what is too old to coast on.
+  void tick(Time tick, const Method& method, std::span<const Time> newest, ResultSink& sink);
 
  private:
   struct Antenna {

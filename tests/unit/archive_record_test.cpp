@@ -40,6 +40,7 @@ TEST(ArchiveRecord, EveryFieldSurvives) {
   for (int size : {6, 9}) expect_round_trip<record::Trajectory>(some_trajectory(size));
   expect_round_trip<record::SlavingCommand>(some_slaving());
   expect_round_trip<record::SourceHealth>(some_health());
+  expect_round_trip<record::ClockGap>(ClockGap{t0, t0 + milliseconds(7)});
   expect_round_trip<record::LastTick>(LastTick{t0});
   expect_round_trip<record::Truth>(some_truth());
 }

@@ -35,7 +35,10 @@ TEST(Travel, NearestTurnInsideTheTravel) {
 struct Told final : Method {
   void start(int, Time, const Gaussian<9>&) override {}
   Outcome process(const Measurement&, Time) override { return {}; }
-  std::optional<TrackEstimate> fused(int, std::optional<Time> at) const override { return moved(fused_track, at); }
+  std::optional<TrackEstimate> fused(int, std::optional<Time> at) const override {
+    ++asked;
+    return moved(fused_track, at);
+  }
   std::optional<TrackEstimate> gps_track(int, Time at) const override { return moved(gps, at); }
   BiasEstimate bias(int) const override { return {}; }
   const SourceAccount& account(int) const override { return none; }
@@ -50,7 +53,11 @@ struct Told final : Method {
   std::optional<TrackEstimate> fused_track;
   std::optional<TrackEstimate> gps;
   SourceAccount none;
+  mutable int asked = 0;
 };
+
+/// Measurements that come in all the time.
+const std::vector<Time> newest{test::liftoff + seconds(60.0)};
 
 TrackEstimate estimate_at(double t) {
   TrackEstimate e;
@@ -68,7 +75,7 @@ TEST(Slave, PointsAtTheTargetFromItsOwnSiteAtTheInstantOfApplication) {
   Slave slave(range);
   test::Collector out;
   const Time tick = test::liftoff + seconds(60.0);
-  slave.tick(tick, method, out);
+  slave.tick(tick, method, newest, out);
   const auto commands = out.of<SlavingCommand>();
   ASSERT_EQ(commands.size(), range.antennas.size());
   for (std::size_t i = 0; i < commands.size(); ++i) {
@@ -109,7 +116,7 @@ TEST(Slave, LadderOfSources) {
       method.gps->data_epoch = tick - *gps_age;
     }
     test::Collector out;
-    Slave(range).tick(tick, method, out);
+    Slave(range).tick(tick, method, newest, out);
     const auto commands = out.of<SlavingCommand>();
     if (commands.empty()) return std::nullopt;
     return commands[0].source;
@@ -122,6 +129,19 @@ TEST(Slave, LadderOfSources) {
   EXPECT_EQ(source_after(milliseconds(5001), {}), std::nullopt);
 }
 
+TEST(Slave, AsksNothingOfATargetTooLongSilent) {
+  const RangeConfig range = test::small_range();
+  const auto asked_at = [&](Duration silence) {
+    Told method;
+    method.fused_track = estimate_at(60);
+    test::Collector out;
+    Slave(range).tick(newest[0] + silence, method, newest, out);
+    return method.asked;
+  };
+  EXPECT_EQ(asked_at(range.slave.coast), 2);  // one for each antenna
+  EXPECT_EQ(asked_at(range.slave.coast + Duration{1}), 0);
+}
+
 TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
   const RangeConfig range = test::small_range();
   const Time tick = test::liftoff + seconds(60.0);
@@ -130,7 +150,7 @@ TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
     method.fused_track = estimate_at(60);
     change(*method.fused_track);
     test::Collector out;
-    Slave(range).tick(tick, method, out);
+    Slave(range).tick(tick, method, newest, out);
     return out.of<SlavingCommand>().size();
   };
   EXPECT_EQ(commands_with([](TrackEstimate&) {}), 2u);
@@ -151,7 +171,7 @@ TEST(Slave, HoldsTheEndOfTravelAndSaysSo) {
   Told method;
   method.fused_track = estimate_at(20);
   test::Collector out;
-  Slave(range).tick(test::liftoff + seconds(20.0), method, out);
+  Slave(range).tick(test::liftoff + seconds(20.0), method, newest, out);
   const SlavingCommand c = out.of<SlavingCommand>().at(0);
   EXPECT_EQ(c.elevation_rad, 10 * deg);
   EXPECT_EQ(c.limits & LimitElevation, LimitElevation);

@@ -32,7 +32,8 @@ class Engine {
   void handle(const Event& admitted);
 
   /// Runs every tick with time <= now, up to 700 s after the last event: nothing coasts longer. Before the first event
-  /// or call there is no tick. Times before 1970 and after 2100 are no times and move nothing.
+  /// or call there is no tick. Times before 1970 and after 2100 are no times and move nothing. A tick costs the same
+  /// however long a target has been silent; once it coasts no more, next to nothing.
   void advance_to(Time now);
 
   /// Time of the last tick run, or {INT64_MIN} when none has.

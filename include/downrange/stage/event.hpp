@@ -119,7 +119,14 @@ struct Observation {
   bool simulated = false;  ///< the flag of the message it came from
 };
 
-using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation, AngleTspi>;
+/// The node's clock went on without its engine: UTC was stepped forward, or the node was stopped. The ticks after
+/// `received` and before `resumed` are not run, in replay neither. The node's own record: no topic carries it.
+struct ClockGap {
+  Time received;  ///< the last tick run
+  Time resumed;
+};
+
+using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation, AngleTspi, ClockGap>;
 
 [[nodiscard]] Time received_of(const Event& event);
 void set_received(Event& event, Time received);

@@ -11,6 +11,7 @@ Name source_of(const Event& event) {
     Name operator()(const AngleTspi& e) const { return e.sensor; }
     Name operator()(const GpsFix& e) const { return e.station; }
     Name operator()(const Observation& e) const { return e.sensor; }
+    Name operator()(const ClockGap&) const { return {}; }
   };
   return std::visit(Source{}, event);
 }
