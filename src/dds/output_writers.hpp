@@ -7,6 +7,7 @@
 #include "dds/entities.hpp"
 #include "dds/outputs.hpp"
 #include "dds/range_clock.hpp"
+#include "dds/result_writers.hpp"
 
 namespace downrange::dds {
 
@@ -16,8 +17,8 @@ class OutputWriters::Impl {
 
   void emit(const Result& result);
   void publish(const ServiceStatus& status);
-  void assert_liveliness();
-  [[nodiscard]] int slaving_readers() const { return results_ ? results_->slaving.readers().count() : 0; }
+  void release_silent(Time last_tick);
+  [[nodiscard]] int slaving_readers() const { return results_ ? results_->slaving.readers() : 0; }
   [[nodiscard]] bool matched(int readers) const;
 
   /// Around the events of a step: its observations are stamped, then their number so far is reported.
@@ -39,10 +40,10 @@ class OutputWriters::Impl {
     std::uint64_t greeted = 0;  ///< readers of the progress met at the last greeting
   };
   struct ResultOutput {
-    ResultOutput(Participant& participant, Tally<WriteCounts>& tally, const EndpointOptions& options);
-    TopicWriter<wire::SensorBiasPubSubType> bias;
-    TopicWriter<wire::TrajectoryPubSubType> trajectory;
-    TopicWriter<wire::SlavingCommandPubSubType> slaving;
+    ResultOutput(Participant& participant, Tally<WriteCounts>& tally, const OutputOptions& options);
+    ResultWriters<wire::SensorBiasPubSubType> bias;
+    ResultWriters<wire::TrajectoryPubSubType> trajectory;
+    ResultWriters<wire::SlavingCommandPubSubType> slaving;
     wire::SensorBias bias_sample;
     wire::Trajectory trajectory_sample;
     wire::SlavingCommand slaving_sample;

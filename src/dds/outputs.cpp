@@ -7,6 +7,15 @@
 #include "dds/topics.hpp"
 
 namespace downrange::dds {
+namespace {
+
+std::vector<std::pair<Name, Name>> keys_of(const std::vector<Name>& antennas) {
+  std::vector<std::pair<Name, Name>> keys;
+  for (const Name& antenna : antennas) keys.emplace_back(antenna, Name{});
+  return keys;
+}
+
+}  // namespace
 
 OutputWriters::Impl::ObservationOutput::ObservationOutput(Participant& participant, Tally<WriteCounts>& tally)
     : observation(participant, topics::observation, tally), progress(participant, topics::ingest_progress, tally) {
@@ -15,10 +24,10 @@ OutputWriters::Impl::ObservationOutput::ObservationOutput(Participant& participa
 }
 
 OutputWriters::Impl::ResultOutput::ResultOutput(Participant& participant, Tally<WriteCounts>& tally,
-                                                const EndpointOptions& options)
-    : bias(participant, topics::bias, tally, options),
-      trajectory(participant, topics::trajectory, tally, options),
-      slaving(participant, topics::slaving, tally, options) {}
+                                                const OutputOptions& options)
+    : bias(participant, topics::bias, tally, {options.strength, true}, options.biases),
+      trajectory(participant, topics::trajectory, tally, {options.strength, true}, options.trajectories),
+      slaving(participant, topics::slaving, tally, {options.strength, true}, keys_of(options.antennas)) {}
 
 OutputWriters::Impl::Impl(Participant& participant, const OutputOptions& options)
     : clock_(participant.clock()),
@@ -26,7 +35,7 @@ OutputWriters::Impl::Impl(Participant& participant, const OutputOptions& options
       health_(participant, topics::health, tally),
       status_(participant, topics::status, tally) {
   if (options.observations) observations_.emplace(participant, tally);
-  if (options.results) results_.emplace(participant, tally, EndpointOptions{options.strength, true});
+  if (options.results) results_.emplace(participant, tally, options);
   health_sample_.node_id() = node_.c_str();
 }
 
@@ -49,19 +58,19 @@ void OutputWriters::Impl::write(const Observation& observation) {
 void OutputWriters::Impl::write(const SensorBias& bias) {
   if (!results_) return;
   to_wire(bias, results_->bias_sample);
-  send(results_->bias, results_->bias_sample);
+  results_->bias.write({bias.sensor, bias.method}, results_->bias_sample, bias.received);
 }
 
 void OutputWriters::Impl::write(const Trajectory& trajectory) {
   if (!results_) return;
   to_wire(trajectory, results_->trajectory_sample);
-  send(results_->trajectory, results_->trajectory_sample);
+  results_->trajectory.write({trajectory.target, trajectory.method}, results_->trajectory_sample, trajectory.received);
 }
 
 void OutputWriters::Impl::write(const SlavingCommand& command) {
   if (!results_) return;
   to_wire(command, results_->slaving_sample);
-  send(results_->slaving, results_->slaving_sample);
+  results_->slaving.write({command.antenna, {}}, results_->slaving_sample, command.tick);
 }
 
 void OutputWriters::Impl::write(const SourceHealth& health) {
@@ -75,17 +84,24 @@ void OutputWriters::Impl::publish(const ServiceStatus& status) {
   send(status_, sample);
 }
 
-void OutputWriters::Impl::assert_liveliness() {
-  if (!results_) return;
-  results_->bias.assert_liveliness();
-  results_->trajectory.assert_liveliness();
-  results_->slaving.assert_liveliness();
+void OutputWriters::Impl::release_silent(Time last_tick) {
+  if (!results_ || !plausible(last_tick)) return;
+  results_->bias.release_silent(last_tick, [](const auto& key, wire::SensorBias& sample) {
+    sample.sensor_id() = key.first.c_str();
+    sample.method() = key.second.c_str();
+  });
+  results_->trajectory.release_silent(last_tick, [](const auto& key, wire::Trajectory& sample) {
+    sample.target_id() = key.first.c_str();
+    sample.method() = key.second.c_str();
+  });
+  results_->slaving.release_silent(
+      last_tick, [](const auto& key, wire::SlavingCommand& sample) { sample.antenna_id() = key.first.c_str(); });
 }
 
 bool OutputWriters::Impl::matched(int readers) const {
   if (!results_) return !observations_ || observations_->observation.readers().count() >= readers;
-  return results_->bias.readers().count() >= readers && results_->trajectory.readers().count() >= readers &&
-         results_->slaving.readers().count() >= readers;
+  return results_->bias.readers() >= readers && results_->trajectory.readers() >= readers &&
+         results_->slaving.readers() >= readers;
 }
 
 void OutputWriters::Impl::begin_step(const RangeStep& step) {
@@ -116,7 +132,7 @@ OutputWriters::~OutputWriters() = default;
 
 void OutputWriters::emit(const Result& result) { impl_->emit(result); }
 void OutputWriters::publish(const ServiceStatus& status) { impl_->publish(status); }
-void OutputWriters::assert_liveliness() { impl_->assert_liveliness(); }
+void OutputWriters::release_silent(Time last_tick) { impl_->release_silent(last_tick); }
 WriteCounts OutputWriters::counts() const { return impl_->tally.get(); }
 
 int OutputWriters::slaving_readers() const { return impl_->slaving_readers(); }

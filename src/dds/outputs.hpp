@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include <downrange/stage/result.hpp>
 
@@ -17,6 +19,10 @@ struct OutputOptions {
   int strength = 100;        ///< of exclusive ownership: of two nodes alive, the stronger one's results count
   bool observations = true;  ///< publish downrange/observation, and the ingest progress on the range clock
   bool results = true;       ///< publish bias, trajectory, slaving: nodes that align, fuse or slave
+  // What the results are of. On the wall clock each of them has a writer of its own: see result_writers.hpp.
+  std::vector<Name> antennas{};
+  std::vector<std::pair<Name, Name>> trajectories{};  ///< target, method
+  std::vector<std::pair<Name, Name>> biases{};        ///< sensor, method
 };
 
 /// Publishes what the engine emits. emit() from the engine's thread, the rest from any thread.
@@ -32,9 +38,9 @@ class OutputWriters final : public ResultSink {
   void emit(const Result& result) override;
   void publish(const ServiceStatus& status);
 
-  /// Tells consumers that this node's engine is well. Without it (and without writes) another node takes over after
-  /// the liveliness lease of the profile.
-  void assert_liveliness();
+  /// Gives up every antenna, trajectory and bias that this node has not written for longer than the deadline of the
+  /// topic's profile, so that a consumer hears another node of it at once. `last_tick`: the engine's time.
+  void release_silent(Time last_tick);
 
   [[nodiscard]] WriteCounts counts() const;
   /// Readers of downrange/slaving at this moment.

@@ -141,6 +141,8 @@ fdds::DataWriter* Participant::Impl::create_writer(const char* topic_name, const
   if (clock == ClockMode::Range) adapt_to_range_clock(topic_name, qos);
   if (qos.ownership().kind == fdds::EXCLUSIVE_OWNERSHIP_QOS) {
     qos.ownership_strength().value = static_cast<std::uint32_t>(options.strength);
+    // To give an instance up is not to say that there is no such antenna any more.
+    qos.writer_data_lifecycle().autodispose_unregistered_instances = false;
   }
   const LogCapture log;
   fdds::DataWriter* writer = entities_.publisher->create_datawriter(topic(topic_name, type), qos, &listener);

@@ -5,3 +5,5 @@ foreach(part process flight)
   add_dependencies(fault_daemon_${part} downranged)
 endforeach()
 downrange_test(fault_daemon_parts ${CMAKE_CURRENT_LIST_DIR}/daemon_parts_test.cpp LIBS downrange_service)
+downrange_test(fault_service_wall_clock ${CMAKE_CURRENT_LIST_DIR}/service_wall_clock_test.cpp
+               LIBS downrange_service downrange_archive)

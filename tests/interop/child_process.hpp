@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -58,12 +59,16 @@ class ChildProcess {
   /// All lines until it closes its output.
   [[nodiscard]] std::vector<std::string> lines() {
     std::vector<std::string> result;
-    char line[1024];
-    while (std::fgets(line, sizeof line, output_) != nullptr) {
-      result.emplace_back(line);
-      if (result.back().ends_with('\n')) result.back().pop_back();
-    }
+    while (auto next = line()) result.push_back(std::move(*next));
     return result;
+  }
+  /// The next line, waited for; nothing at the end.
+  [[nodiscard]] std::optional<std::string> line() {
+    char text[1024];
+    if (std::fgets(text, sizeof text, output_) == nullptr) return std::nullopt;
+    std::string line = text;
+    if (line.ends_with('\n')) line.pop_back();
+    return line;
   }
 
  private:

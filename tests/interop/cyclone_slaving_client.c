@@ -1,7 +1,8 @@
 /* An antenna's program with another vendor's DDS (Eclipse Cyclone DDS): reads downrange/slaving from idl/downrange.idl.
  *
- * cyclone_slaving_client DOMAIN ANTENNA COUNT SECONDS: prints the commands of one antenna until COUNT have come, or the
- * time is over (exit status 1). A command is "follow", or "expired" when it came after its valid_until_ns. */
+ * cyclone_slaving_client DOMAIN ANTENNA COUNT SECONDS [LEASE_MS]: prints the commands of one antenna until COUNT have
+ * come, or the time is over (exit status 1). A command is "follow", or "expired" when it came after its valid_until_ns.
+ * LEASE_MS: asked for instead of the profile's lease and deadline. */
 
 #include <inttypes.h>
 #include <stdint.h>
@@ -22,13 +23,13 @@ static int64_t utc_now_ns(void) {
 }
 
 /* What the profile `slaving-client` of config/dds-qos.xml asks for. */
-static dds_qos_t* slaving_client_qos(void) {
+static dds_qos_t* slaving_client_qos(dds_duration_t lease, dds_duration_t deadline) {
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 16);
   dds_qset_ownership(qos, DDS_OWNERSHIP_EXCLUSIVE);
-  dds_qset_liveliness(qos, DDS_LIVELINESS_MANUAL_BY_TOPIC, DDS_MSECS(200));
-  dds_qset_deadline(qos, DDS_MSECS(100));
+  dds_qset_liveliness(qos, DDS_LIVELINESS_MANUAL_BY_TOPIC, lease);
+  dds_qset_deadline(qos, deadline);
   return qos;
 }
 
@@ -53,8 +54,8 @@ static int take_commands(dds_entity_t reader, const char* antenna) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
-    fprintf(stderr, "usage: %s DOMAIN ANTENNA COUNT SECONDS\n", argv[0]);
+  if (argc != 5 && argc != 6) {
+    fprintf(stderr, "usage: %s DOMAIN ANTENNA COUNT SECONDS [LEASE_MS]\n", argv[0]);
     return 2;
   }
   const dds_domainid_t domain = (dds_domainid_t)strtoul(argv[1], NULL, 10);
@@ -63,7 +64,9 @@ int main(int argc, char** argv) {
   const int64_t end_ns = utc_now_ns() + strtol(argv[4], NULL, 10) * 1000000000;
 
   const dds_entity_t participant = dds_create_participant(domain, NULL, NULL);
-  dds_qos_t* qos = slaving_client_qos();
+  const dds_duration_t patient = argc == 6 ? DDS_MSECS(strtol(argv[5], NULL, 10)) : 0;
+  dds_qos_t* qos =
+      patient > 0 ? slaving_client_qos(patient, patient) : slaving_client_qos(DDS_MSECS(200), DDS_MSECS(100));
   const dds_entity_t topic =
       dds_create_topic(participant, &downrange_wire_SlavingCommand_desc, "downrange/slaving", NULL, NULL);
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);

@@ -7,6 +7,7 @@ add_executable(dds_owner_node ${CMAKE_CURRENT_LIST_DIR}/dds_owner_node.cpp)
 target_link_libraries(dds_owner_node PRIVATE downrange_options downrange_dds)
 add_dependencies(dds_ownership_test dds_owner_node)
 target_compile_definitions(dds_ownership_test PRIVATE OWNER_NODE="$<TARGET_FILE:dds_owner_node>")
+downrange_test(dds_release_test ${CMAKE_CURRENT_LIST_DIR}/dds_release_test.cpp LIBS downrange_dds downrange_dds_idl)
 
 # Another vendor's consumer, where that vendor's library is installed. Both generators name their files after the IDL file.
 find_package(CycloneDDS QUIET)
@@ -26,8 +27,10 @@ if(CycloneDDS_FOUND AND IDLC)
 
   downrange_test(dds_cyclone_test ${CMAKE_CURRENT_LIST_DIR}/dds_cyclone_test.cpp LIBS downrange_dds
                  downrange_dds_idl)
-  add_dependencies(dds_cyclone_test cyclone_slaving_client)
-  target_compile_definitions(dds_cyclone_test PRIVATE CYCLONE_CLIENT="$<TARGET_FILE:cyclone_slaving_client>")
+  foreach(name dds_cyclone_test dds_release_test)
+    add_dependencies(${name} cyclone_slaving_client)
+    target_compile_definitions(${name} PRIVATE CYCLONE_CLIENT="$<TARGET_FILE:cyclone_slaving_client>")
+  endforeach()
 else()
   message(STATUS "Cyclone DDS not found: the test with another vendor's consumer is left out")
 endif()

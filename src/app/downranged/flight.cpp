@@ -6,8 +6,12 @@
 
 namespace downrange::app {
 
-Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder)
-    : outputs_(outputs), recorder_(std::move(recorder)), engine_(config.range, config.node.stages, *this) {}
+Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder,
+               std::function<Time()> utc)
+    : outputs_(outputs),
+      recorder_(std::move(recorder)),
+      utc_(std::move(utc)),
+      engine_(config.range, config.node.stages, *this) {}
 
 Flight::~Flight() {
   if (recorder_) recorder_->finish(engine_.last_tick());
@@ -21,11 +25,22 @@ void Flight::consume(const Event& event) {
 }
 
 void Flight::advance(Time now) {
-  if (consumed_ > 0) engine_.advance_to(now);
+  if (consumed_ == 0) return;
+  engine_.advance_to(now);
+  outputs_.release_silent(engine_.last_tick());
+}
+
+bool Flight::is_expired(const Result& result) const {
+  const auto* command = std::get_if<SlavingCommand>(&result);
+  return command != nullptr && utc_ && command->valid_until < utc_();
 }
 
 void Flight::emit(const Result& result) {
-  outputs_.emit(result);
+  if (is_expired(result)) {
+    ++expired_;
+  } else {
+    outputs_.emit(result);
+  }
   if (recorder_) recorder_->produced(result);
   ++emitted_;
   if (const auto* health = std::get_if<SourceHealth>(&result)) {

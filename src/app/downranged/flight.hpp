@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <downrange/stage/engine.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,8 +15,10 @@ namespace downrange::app {
 
 class Flight final : private ResultSink {
  public:
-  /// `outputs` outlives the flight. Without a `recorder` the flight is not recorded.
-  Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder);
+  /// `outputs` outlives the flight. Without a `recorder` the flight is not recorded. `utc`: of the node on the wall
+  /// clock, by which commands expire; none on the range clock, where they do not.
+  Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder,
+         std::function<Time()> utc);
   /// Closes the archive.
   ~Flight() override;
   Flight(const Flight&) = delete;
@@ -27,19 +30,24 @@ class Flight final : private ResultSink {
 
   [[nodiscard]] std::uint64_t consumed() const { return consumed_; }
   [[nodiscard]] std::uint64_t emitted() const { return emitted_; }
+  /// Commands that were not sent: they were no longer valid when they were made.
+  [[nodiscard]] std::uint64_t expired() const { return expired_; }
   [[nodiscard]] Time last_tick() const { return engine_.last_tick(); }
   /// None: the flight is not recorded.
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
 
  private:
   void emit(const Result& result) override;
+  [[nodiscard]] bool is_expired(const Result& result) const;
 
   dds::OutputWriters& outputs_;
   std::unique_ptr<Recorder> recorder_;
+  std::function<Time()> utc_;
   HealthNotes notes_;
   Engine engine_;
   std::uint64_t consumed_ = 0;
   std::uint64_t emitted_ = 0;
+  std::uint64_t expired_ = 0;
 };
 
 }  // namespace downrange::app

@@ -16,7 +16,8 @@ using namespace std::chrono_literals;
 constexpr auto status_interval = 1s;
 /// How long the range clock may be silent before this node looks at its own affairs.
 constexpr auto step_wait = 10ms;
-/// An engine that is further behind its wall clock (a step of UTC, a stopped process) does not run every tick to catch up.
+/// An engine that is further behind its wall clock (a step of UTC, a stopped process) does not run every tick to catch
+/// up.
 constexpr Duration longest_catch_up = milliseconds(500);
 /// For inputs that still wait when the service is told to stop.
 constexpr auto last_inputs = 300ms;
@@ -27,11 +28,18 @@ dds::ParticipantOptions participant_options(const config::ServiceConfig& config)
           range_clock ? dds::ClockMode::Range : dds::ClockMode::Wall};
 }
 
-dds::OutputOptions output_options(const config::NodeConfig& node) {
+dds::OutputOptions output_options(const config::ServiceConfig& config) {
   dds::OutputOptions options;
-  options.strength = node.strength;
-  options.observations = node.stages.ingest;
-  options.results = node.stages.fuse;
+  options.strength = config.node.strength;
+  options.observations = config.node.stages.ingest;
+  options.results = config.node.stages.fuse;
+  for (const AntennaConfig& antenna : config.range.antennas) options.antennas.push_back(antenna.id);
+  for (const Name& method : config.range.fuse.methods) {
+    for (const TargetConfig& target : config.range.targets) options.trajectories.emplace_back(target.id, method);
+    for (const Source& source : SourceTable(config.range)) {
+      if (source.kind != SourceKind::Telemetry) options.biases.emplace_back(source.name, method);
+    }
+  }
   return options;
 }
 
@@ -71,7 +79,7 @@ Service::Service(const config::ServiceConfig& config, std::function<void()> on_f
       on_failure_(std::move(on_failure)),
       utc_(std::move(utc)),
       participant_(participant_options(config_)),
-      outputs_(participant_, output_options(config_.node)),
+      outputs_(participant_, output_options(config_)),
       queue_(source_names(config_.range), config_.node.queue) {
   for (const std::string& note : participant_.notes()) spdlog::warn("dds: {}", note);
   const bool sensors = config_.node.stages.ingest;

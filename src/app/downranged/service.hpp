@@ -56,6 +56,7 @@ class Service {
     std::uint64_t dropped = 0;
     std::uint64_t write_failures = 0;
     std::uint64_t incompatible = 0;
+    std::uint64_t expired = 0;
   };
   using Clock = std::chrono::steady_clock;
 
@@ -63,8 +64,13 @@ class Service {
   void follow_wall_clock();
   void follow_range_clock();
   void consume_arrived();
+  /// What still waits when the service is told to stop, as far as there is time for it.
+  void consume_the_rest();
+  void consume_oldest();
   /// After a step of UTC: back, a new flight, for an engine does not go back in time.
   void take_step(Duration step);
+  /// An engine that is far behind its clock leaves the ticks up to `now` out: their commands are for nobody.
+  void leave_out_ticks(Time now);
   void consume(const dds::RangeStep& step);
   [[nodiscard]] std::optional<dds::RangeStep> next_step();
   /// A new flight in place of the last; without an archive where that cannot be opened.
@@ -74,7 +80,7 @@ class Service {
   [[nodiscard]] std::string archive_state();
   /// Ownership of its input topics: whether this node takes the event.
   [[nodiscard]] bool takes(const Event& event) const;
-  /// Liveliness, watchdog, and once a second the status.
+  /// For the watchdog, and once a second the status.
   void beat();
   void publish_status();
   [[nodiscard]] dds::ReadCounts read_counts() const;
@@ -96,11 +102,11 @@ class Service {
   std::unique_ptr<Flight> flight_;
   std::uint64_t consumed_before_ = 0;  ///< in flights that are over
   std::uint64_t emitted_before_ = 0;
+  std::uint64_t expired_before_ = 0;
   std::string state_;
   std::string archive_failure_;  ///< why this flight has no archive
   UtcWatch utc_watch_;           ///< wall clock
   LatencyHistogram latency_;
-  Clock::time_point next_assertion_;
   Clock::time_point next_status_;
   Reported reported_;
 
