@@ -36,7 +36,7 @@ starts() {
   (cd "$work/scratch" && eval "exec $1") >"$work/service.log" 2>&1 </dev/null &
   background=$!
   for _ in {1..300}; do
-    grep -q 'range .* on DDS domain\|ready' "$work/service.log" && return
+    grep -q 'of range .*, DDS domain' "$work/service.log" && return
     kill -0 "$background" 2>/dev/null || break
     sleep 0.1
   done
@@ -97,6 +97,7 @@ sudo() { # what follows sudo, on that folder
     *) "$@" ;;
   esac
 }
+mkdir -p "$root/etc"
 by .ci/run "cmake --preset release && cmake --build --preset release"
 run "sudo cmake --install build/release --prefix /usr" "DESTDIR=$root cmake --install $build --prefix /usr"
 run "sudo systemd-sysusers && sudo systemd-tmpfiles --create downrange.conf"
@@ -105,28 +106,40 @@ run "sudo install -m 644 /usr/share/downrange/config/dds-qos.xml /etc/downrange/
 run "downrange check /etc/downrange/range.toml" "$root/usr/bin/downrange check $root/etc/downrange/range.toml"
 only "sudo systemctl daemon-reload && sudo systemctl enable --now downranged" "needs a machine that systemd runs"
 
+# ---- CONTRIBUTING.md, tools/examples/README.md
+by .ci/run "tools/lint"
+by docs_documents_test "tools/check-documents"
+by .ci/run "cmake --preset core && cmake --build --preset core"
+by install_examples_test "cmake --install build/core --prefix build/downrange"
+by install_examples_test 'cmake -S tools/examples -B build/examples -DCMAKE_PREFIX_PATH="$PWD/build/downrange"'
+by install_examples_test "cmake --build build/examples"
+by install_examples_test "build/examples/fly_csv tools/examples/flight"
+by install_examples_test "downranged --config config/naro.toml --set 'fuse.methods=[\"alpha-beta\"]'"
+by install_examples_test "build/examples/radar_sender 0 goheung kslv config/dds-qos.xml 60"
+by install_examples_test "build/examples/antenna_fastdds 0 goheung-tm config/dds-qos.xml 60"
+
 # ---- src/est
 by scenario_recorded_flights_test "downrange experiment flights --html flights.html"
 
-# What the documents show: lines of code blocks (indented by four, or fenced without a language) whose first word is a program
-# or a script of the house; without the comment at their end.
+# What the documents show: lines of code blocks whose first word is a program or a script of the house, without the comment at
+# their end. In blocks that are indented or fenced as sh any program counts; in plain fences, which hold pictures too, ours only.
 documents=$(cd "$source" && find . -name '*.md' -not -path './build*' | sort)
 (cd "$source" && awk '
-  FNR == 1 { fenced = 0; before = "" }
-  /^```/ { fenced = fenced ? 0 : ($0 == "```" ? 1 : 2); before = ""; next }
-  fenced == 1 || (!fenced && /^    [^ ]/ && (before == "" || before ~ /^    /)) {
+  FNR == 1 { block = ""; before = "" }
+  /^```/ { block = block != "" ? "" : ($0 == "```" ? "plain" : $0 == "```sh" ? "sh" : "other"); before = ""; next }
+  block == "plain" || block == "sh" || (block == "" && /^    [^ ]/ && (before == "" || before ~ /^    /)) {
     line = $0
     sub(/^ +/, "", line)
     sub(/ +#.*/, "", line)
-    print FILENAME ":" FNR "\t" line
+    print FILENAME ":" FNR "\t" (block == "plain" ? "ours" : "any") "\t" line
   }
   { before = $0 }' $documents) >"$work/shown"
 : >"$work/documented"
-while IFS=$'\t' read -r where line; do
+while IFS=$'\t' read -r where programs line; do
   first=${line%% *}
   case $first in
-    downrange | downranged | tools/* | .ci/* | sudo) ;;
-    *) [[ $first =~ ^[a-z][a-z0-9_./+-]*$ ]] && type -P "$first" >/dev/null || continue ;;
+    downrange | downranged | tools/* | build/* | .ci/* | sudo) ;;
+    *) [[ $programs = any && $first =~ ^[a-z][a-z0-9_.+-]*$ ]] && type -P "$first" >/dev/null || continue ;;
   esac
   printf '%s\n' "$line" >>"$work/documented"
   grep -qxF -- "$line" "$listed" || { : >"$log" && fail "$where shows a command that is not tried here: $line"; }
@@ -144,7 +157,7 @@ while IFS= read -r command; do
     tools/*) help=$("$source/${words[0]}" --help 2>&1) ;;
   esac
   for word in "${words[@]:1}"; do
-    [[ $word != --?* ]] || grep -qF -- "${word%%=*}" <<<"$help" || { : >"$log" && fail "\`$command\`: no option $word"; }
+    [[ $word != --?* || $word = --help ]] || grep -qF -- "${word%%=*}" <<<"$help" || { : >"$log" && fail "\`$command\`: no option $word"; }
   done
 done < <(cd "$source" && grep -ohE '`(downranged?|tools/[a-z-]+) [a-z-][^`]*`' $documents | tr -d '`' | sort -u)
 

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <functional>
 #include <optional>
+#include <source_dir.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <source_dir.hpp>
 
 #include "dds/inputs.hpp"
 #include "dds/participant.hpp"

@@ -5,6 +5,7 @@
 
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/result.hpp>
+#include <source_dir.hpp>
 #include <string>
 
 #include "dds/participant.hpp"

@@ -4,6 +4,7 @@ downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_a
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp
                LIBS downrange_experiment downrange_config downrange_archive TIMEOUT 600)
 target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp)
+target_compile_definitions(scenario_recorded_flights_test PRIVATE DOWNRANGE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 
 # The binaries as a person uses them. Each takes a DDS domain of its own.
 downrange_script_test(live_flight_test live_flight_test.sh TIMEOUT 300 TARGETS downrange downranged

@@ -6,6 +6,7 @@
 #include <downrange/stage/engine.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <source_dir.hpp>
 
 #include "config/load.hpp"
 #include "score/scorer.hpp"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <downrange/stage/engine.hpp>
 #include <map>
+#include <source_dir.hpp>
 
 #include "config/load.hpp"
 #include "sim/simulation.hpp"

@@ -13,6 +13,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <source_dir.hpp>
 
 #include "app/downrange/recorded_flights.hpp"
 #include "config/load.hpp"

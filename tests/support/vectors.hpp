@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <source_dir.hpp>
 #include <string>
 
 namespace downrange::test {

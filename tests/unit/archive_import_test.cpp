@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <downrange/geo/site.hpp>
 #include <numbers>
+#include <source_dir.hpp>
 
 #include "archive_testing.hpp"
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <numbers>
 #include <random>
+#include <source_dir.hpp>
 #include <sstream>
 
 #include "config/calibration.hpp"

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <source_dir.hpp>
 #include <sstream>
 #include <string>
 #include <tuple>

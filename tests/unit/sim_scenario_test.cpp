@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <source_dir.hpp>
 
 #include "sim/scenario.hpp"
 #include "sim/simulation.hpp"
