@@ -15,9 +15,10 @@ namespace downrange::config {
 namespace {
 
 constexpr const char* header =
-    "# What a flight found of its radars' biases: measured = true + bias. A radar of a range takes it as its prior "
+    "# What a flight found of its sensors' biases: measured = true + bias. A sensor of a range takes it as its prior "
     "with\n"
-    "# calibration = \"FILE\" in its [[radar]]. Single terms are often not the truth of the hardware: value and "
+    "# calibration = \"FILE\" in its [[radar]] or [[angle_sensor]]. Single terms are often not the truth of the "
+    "hardware: value and "
     "correlation\n"
     "# together say what is known. Sigmas of terms that could not be observed are those from before the flight.\n";
 
@@ -90,10 +91,11 @@ Eigen::MatrixXd covariance_of(const SensorBias& bias) {
   return cov;
 }
 
-std::string radar_text(const SensorBias& bias) {
+std::string sensor_text(const std::string& list, const SensorBias& bias) {
   const Eigen::MatrixXd cov = covariance_of(bias);
   const Eigen::VectorXd sigma = cov.diagonal().cwiseSqrt();
-  std::string text = "\n[[radar]]\nid = " + show_text(bias.sensor.view()) + "\nepoch = " + date_time(bias.epoch) +
+  std::string text = "\n[[" + list + "]]\nid = " + show_text(bias.sensor.view()) +
+                     "\nepoch = " + date_time(bias.epoch) +
                      "  # newest plot behind it\nsamples = " + std::to_string(bias.samples) +
                      "\nreference = " + show_text(name_of(bias.reference)) + "\ncorrelation = [\n";
   for (int row = 0; row < bias.terms; ++row) {
@@ -109,7 +111,7 @@ std::string radar_text(const SensorBias& bias) {
     const auto k = static_cast<std::size_t>(i);
     const std::string suffix = suffix_of(bias.term[k]);
     const double to_si = unit_of(suffix).to_si;
-    text += "\n[[radar.term]]\nterm = " + show_text(to_string(bias.term[k])) + "\nvalue" + suffix + " = " +
+    text += "\n[[" + list + ".term]]\nterm = " + show_text(to_string(bias.term[k])) + "\nvalue" + suffix + " = " +
             exact(bias.value[k] / to_si) + "\nsigma" + suffix + " = " + exact(sigma[i] / to_si) +
             "\nstate = " + show_text(to_string(bias.state[k])) + '\n';
   }
@@ -171,7 +173,7 @@ std::optional<Eigen::MatrixXd> read_correlation(const toml::node& node, Eigen::I
 }
 
 /// Where the bias comes from: told to people, not used.
-void check_origin_of_radar(const toml::table& table, const std::string& path, const Report& report) {
+void check_origin_of_bias(const toml::table& table, const std::string& path, const Report& report) {
   const auto require = [&](const char* key, bool good, const char* allowed) {
     if (table.contains(key) && !good)
       report(table.get(key), path + '.' + key,
@@ -184,12 +186,15 @@ void check_origin_of_radar(const toml::table& table, const std::string& path, co
 
 }  // namespace
 
-std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> biases) {
+std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> radars,
+                             std::span<const SensorBias> trackers) {
+  const std::span<const SensorBias> any = radars.empty() ? trackers : radars;
   std::string text = header;
   text += "\n[origin]\narchive = " + show_text(origin.archive) +
           "\nconfiguration = " + show_text(origin.configuration) +
-          "  # SHA-256\nmethod = " + show_text(biases.empty() ? "" : biases.front().method.view()) + '\n';
-  for (const SensorBias& bias : biases) text += radar_text(bias);
+          "  # SHA-256\nmethod = " + show_text(any.empty() ? "" : any.front().method.view()) + '\n';
+  for (const SensorBias& bias : radars) text += sensor_text("radar", bias);
+  for (const SensorBias& bias : trackers) text += sensor_text("angle_sensor", bias);
   return text;
 }
 
@@ -200,14 +205,14 @@ std::optional<BiasCalibration> read_calibration(const toml::table& table, const 
     good = false;
     report(node, key, message);
   };
-  check_key_names({{"id", std::string(allowed_id), required, "the radar"},
+  check_key_names({{"id", std::string(allowed_id), required, "the sensor"},
                    {"epoch", "a date and time", optional, ""},
                    {"samples", "a whole number", optional, ""},
                    {"reference", "text", optional, ""},
                    {"correlation", "a matrix as a list of rows", required, "of the terms, in their order"},
                    {"term", "one or more tables", required, "one per term of the bias"}},
                   table, path, watch);
-  check_origin_of_radar(table, path, watch);
+  check_origin_of_bias(table, path, watch);
 
   std::vector<Term> terms;
   const toml::array* list = table["term"].as_array();

@@ -1,5 +1,5 @@
 #pragma once
-/// Calibrations: what a flight found of the radars' biases, as a TOML file for the next one.
+/// Calibrations: what a flight found of its sensors' biases, as a TOML file for the next one.
 
 #include <downrange/stage/result.hpp>
 #include <optional>
@@ -16,12 +16,13 @@ struct CalibrationOrigin {
   std::string configuration;  ///< hash of the configuration it was flown with
 };
 
-/// The file's text: each radar's terms with value, 1-sigma and state, and their correlation. A term that the flight did
-/// not show keeps the sigma it had, so nothing is pretended. The biases are of one method and of different radars, with
-/// positive definite covariances.
-[[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> biases);
+/// The file's text: each sensor's terms with value, 1-sigma and state, and their correlation. A term that the flight
+/// did not show keeps the sigma it had, so nothing is pretended. The biases are of one method and of different sensors,
+/// with positive definite covariances.
+[[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> radars,
+                                           std::span<const SensorBias> trackers = {});
 
-/// One radar's table of such a file. Problems are reported; nothing when there are any.
+/// One sensor's table of such a file. Problems are reported; nothing when there are any.
 [[nodiscard]] std::optional<BiasCalibration> read_calibration(const toml::table& table, const std::string& path,
                                                               const Report& report);
 

@@ -1,41 +1,16 @@
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <downrange/est/method.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <map>
 #include <set>
 
-#include "config/schema.hpp"
+#include "config/checker.hpp"
 
 namespace downrange::config {
 namespace {
 
 /// Bits of Trajectory::sources: radars, then angles-only trackers.
 constexpr std::size_t max_sensors = 64;
-
-/// Reports at the line of a key, or of the nearest table above it that the file has.
-class Checker {
- public:
-  Checker(const toml::table& root, const Report& report) : root_(root), report_(report) {}
-
-  void require(bool holds, const std::string& path, const std::string& message) const {
-    if (!holds) report_(node_at(path), path, message);
-  }
-
- private:
-  [[nodiscard]] const toml::node* node_at(std::string path) const {
-    while (true) {
-      if (const toml::node* node = toml::at_path(root_, path).node()) return node;
-      const std::size_t dot = path.rfind('.');
-      if (dot == std::string::npos) return nullptr;
-      path.resize(dot);
-    }
-  }
-
-  const toml::table& root_;
-  const Report& report_;
-};
 
 /// Identifiers as they were read, with the path of the first user of each.
 class Unique {
@@ -53,16 +28,14 @@ class Unique {
   std::map<Name, std::string> first_;
 };
 
-std::string entry(const char* table, std::size_t index, const char* key) {
-  return std::string(table) + '[' + std::to_string(index) + "]." + key;
-}
-
 template <class List>
 void unique_ids(Unique& unique, const List& list, const char* table) {
   for (std::size_t i = 0; i < list.size(); ++i) unique.add(list[i].id, entry(table, i, "id"));
 }
 
 void check_identifiers(const RangeConfig& range, const Checker& check) {
+  check.require(!range.radars.empty() || !range.angle_sensors.empty() || !range.telemetry.empty(), "radar",
+                "missing, required: a source, [[radar]], [[angle_sensor]] or [[telemetry]]");
   Unique targets(check);
   Unique sensors(check);  // radars, trackers and stations share sensor_id of downrange/observation
   Unique antennas(check);
@@ -72,7 +45,7 @@ void check_identifiers(const RangeConfig& range, const Checker& check) {
   unique_ids(sensors, range.telemetry, "telemetry");
   unique_ids(antennas, range.antennas, "antenna");
   check.require(range.radars.size() <= max_sensors, "radar",
-                "found " + std::to_string(range.radars.size()) + " radars, allowed: 1 to 64");
+                "found " + std::to_string(range.radars.size()) + " radars, allowed: at most 64");
   const std::size_t sensors_in_all = range.radars.size() + range.angle_sensors.size();
   check.require(range.radars.size() > max_sensors || sensors_in_all <= max_sensors, "angle_sensor",
                 "found " + std::to_string(sensors_in_all) + " radars and angle sensors, allowed: at most 64 together");
@@ -86,23 +59,28 @@ void ordered(const Checker& check, double low, double high, const std::string& h
       "found " + show_number(high / to_si) + ", allowed: more than " + low_key + " (" + show_number(low / to_si) + ")");
 }
 
+void check_calibration(const BiasCalibration& calibration, const BiasModel& model, const std::string& path,
+                       const std::string& allowed, const Checker& check) {
+  for (const BiasTerm term : calibration.terms)
+    check.require(std::ranges::find(model.terms, term) != model.terms.end(), path,
+                  "found a calibration of " + std::string(to_string(term)) + ", allowed: " + allowed);
+}
+
 void check_instruments(const RangeConfig& range, const Checker& check) {
   for (std::size_t i = 0; i < range.radars.size(); ++i) {
     const RadarConfig& r = range.radars[i];
     ordered(check, r.range_min_m, r.range_max_m, entry("radar", i, "range_max_m"), "range_min_m");
     ordered(check, r.elevation_min_rad, r.elevation_max_rad, entry("radar", i, "elevation_max_deg"),
             "elevation_min_deg");
-    const std::vector<BiasTerm> modelled = bias_model(r.bias.blocks).terms;
-    for (const BiasTerm term : r.bias.calibration.terms) {
-      check.require(
-          std::ranges::find(modelled, term) != modelled.end(), entry("radar", i, "calibration"),
-          "found a calibration of " + std::string(to_string(term)) + ", allowed: terms of the blocks in bias_blocks");
-    }
+    check_calibration(r.bias.calibration, bias_model(r.bias.blocks), entry("radar", i, "calibration"),
+                      "terms of the blocks in bias_blocks", check);
   }
   for (std::size_t i = 0; i < range.angle_sensors.size(); ++i) {
     const AngleSensorConfig& s = range.angle_sensors[i];
     ordered(check, s.elevation_min_rad, s.elevation_max_rad, entry("angle_sensor", i, "elevation_max_deg"),
             "elevation_min_deg");
+    check_calibration(s.calibration, bias_model_of(s), entry("angle_sensor", i, "calibration"),
+                      "offset_azimuth, offset_elevation", check);
   }
   for (std::size_t i = 0; i < range.antennas.size(); ++i) {
     const AntennaConfig& a = range.antennas[i];
@@ -169,8 +147,8 @@ void check_node(const ServiceConfig& config, const Checker& check) {
   }
   check.require(!config.archive.enabled || !config.archive.directory.empty(), "archive.directory",
                 "missing, required where archive.enabled is true");
-  // Where ingest runs, the list is for the nodes without it that share the file.
-  const bool listens = !s.ingest;
+  // Where ingest runs, the list is for the nodes without it that share the file; without [dds] nothing listens.
+  const bool listens = !s.ingest && !config.dds.profiles.empty();
   check.require(!listens || !config.dds.ingest_nodes.empty(), "dds.ingest_nodes",
                 "found [], allowed: one node or more where node.stages is without \"ingest\"");
   std::set<Name> nodes;

@@ -65,9 +65,12 @@ class Problems {
   }
 
   void throw_if_any() {
-    if (list_.empty()) return;
+    if (!list_.empty()) throw ConfigError(std::move(*this).in_order());
+  }
+  /// By line.
+  [[nodiscard]] std::vector<Problem> in_order() && {
     std::ranges::stable_sort(list_, {}, &Problem::line);
-    throw ConfigError(std::move(list_));
+    return std::move(list_);
   }
 
  private:
@@ -151,9 +154,10 @@ void make_absolute(std::filesystem::path& path, const std::filesystem::path& bas
   if (!path.empty()) path = (base / path).lexically_normal();
 }
 
-/// The radar's table of a calibration file, taken out of it; nothing after a problem.
-std::optional<toml::table> take_calibration(const std::filesystem::path& file, const std::string& radar,
-                                            const std::function<void(const std::string&)>& fail, Problems& problems) {
+/// The sensor's table of a calibration file, taken out of it; nothing after a problem. `list`: "radar", "angle_sensor".
+std::optional<toml::table> take_calibration(const std::filesystem::path& file, const std::string& list,
+                                            const std::string& id, const std::function<void(const std::string&)>& fail,
+                                            Problems& problems) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
     fail("no such file");
@@ -169,37 +173,43 @@ std::optional<toml::table> take_calibration(const std::filesystem::path& file, c
     problems.add_of_file(file.string(), wrong.line(), "", wrong.what());
     return std::nullopt;
   }
-  toml::array* radars = root["radar"].as_array();
-  for (std::size_t i = 0; radars != nullptr && i < radars->size(); ++i) {
-    toml::table* table = radars->get(i)->as_table();
-    if (table == nullptr || table->at_path("id").value_or(std::string()) != radar) continue;
-    if (!read_calibration(*table, "radar[" + std::to_string(i) + ']', report)) return std::nullopt;
+  toml::array* entries = root[list].as_array();
+  for (std::size_t i = 0; entries != nullptr && i < entries->size(); ++i) {
+    toml::table* table = entries->get(i)->as_table();
+    if (table == nullptr || table->at_path("id").value_or(std::string()) != id) continue;
+    if (!read_calibration(*table, list + '[' + std::to_string(i) + ']', report)) return std::nullopt;
     return std::move(*table);
   }
-  fail("it has no [[radar]] with id \"" + radar + '"');
+  fail("it has no [[" + list + "]] with id \"" + id + '"');
   return std::nullopt;
 }
 
-/// Puts the radars' calibrations where the file names other files, so that the configuration in force is whole.
-/// True when there were any.
-bool inline_calibrations(toml::table& root, const std::filesystem::path& base, Problems& problems) {
+/// Puts the calibrations of one list of sensors where the file names other files. True when there were any.
+bool inline_calibrations(toml::table& root, const std::string& list, const std::filesystem::path& base,
+                         Problems& problems) {
   bool any = false;
-  toml::array* radars = root["radar"].as_array();
-  for (std::size_t i = 0; radars != nullptr && i < radars->size(); ++i) {
-    toml::table* radar = radars->get(i)->as_table();
-    if (radar == nullptr) continue;
-    const std::string file = radar->at_path("calibration").value_or(std::string());
+  toml::array* entries = root[list].as_array();
+  for (std::size_t i = 0; entries != nullptr && i < entries->size(); ++i) {
+    toml::table* sensor = entries->get(i)->as_table();
+    if (sensor == nullptr) continue;
+    const std::string file = sensor->at_path("calibration").value_or(std::string());
     if (file.empty()) continue;
     const auto fail = [&](const std::string& why) {
-      problems.add(radar->get("calibration"), "radar[" + std::to_string(i) + "].calibration",
+      problems.add(sensor->get("calibration"), list + '[' + std::to_string(i) + "].calibration",
                    "found \"" + file + "\", " + why);
     };
-    auto table = take_calibration(base / file, radar->at_path("id").value_or(std::string()), fail, problems);
+    auto table = take_calibration(base / file, list, sensor->at_path("id").value_or(std::string()), fail, problems);
     if (!table) continue;
-    radar->insert_or_assign("calibration", std::move(*table));
+    sensor->insert_or_assign("calibration", std::move(*table));
     any = true;
   }
   return any;
+}
+
+/// So that the configuration in force is whole. True when there were any.
+bool inline_calibrations(toml::table& root, const std::filesystem::path& base, Problems& problems) {
+  const bool of_radars = inline_calibrations(root, "radar", base, problems);
+  return inline_calibrations(root, "angle_sensor", base, problems) || of_radars;
 }
 
 ServiceConfig load_parts(std::string_view text, const std::filesystem::path& file, const Overrides& overrides,
@@ -224,7 +234,11 @@ ServiceConfig load_parts(std::string_view text, const std::filesystem::path& fil
            "found \"" + config.dds.profiles.string() + "\", no such file");
   }
   problems.throw_if_any();
+  Problems warnings(file, overrides);
+  warn_about(config, root, warnings.report());
+  config.warnings = std::move(warnings).in_order();
 
+  config.file = file;
   config.text = effective_text(text, file, root, overrides, calibrated);
   config.hash = sha256_hex(config.text);
   return config;
@@ -252,6 +266,13 @@ ServiceConfig load(const std::filesystem::path& file, const Overrides& overrides
 
 ServiceConfig load_text(std::string_view text, const std::filesystem::path& name, const Overrides& overrides) {
   return load_parts(text, name, overrides, false);
+}
+
+void require_dds(const ServiceConfig& config) {
+  if (!config.dds.profiles.empty()) return;
+  throw ConfigError(
+      {{config.file.string(), 0, "dds",
+        "missing, required by whatever talks on the bus: [dds] with profiles, the file of QoS profiles"}});
 }
 
 std::vector<Problem> check(const std::filesystem::path& file) {

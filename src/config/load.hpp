@@ -11,17 +11,6 @@
 
 namespace downrange::config {
 
-/// One thing that is wrong with a configuration.
-struct Problem {
-  std::string where;    ///< the file, or the command-line option
-  int line = 0;         ///< 0: no line (file not readable, command line)
-  std::string key;      ///< path of the key, e.g. radar[0].sigma_range_m; empty: the file as a whole
-  std::string message;  ///< what was found, and what is allowed
-
-  /// "naro.toml:12: radar[0].sigma_range_m: found -3, allowed ..."
-  [[nodiscard]] std::string to_string() const;
-};
-
 /// All problems of a configuration; what() lists one a line.
 class ConfigError : public std::runtime_error {
  public:
@@ -47,6 +36,10 @@ using Overrides = std::vector<Override>;
 /// The same from memory, e.g. from an archive's attachment. `name` stands for the file in problems.
 [[nodiscard]] ServiceConfig load_text(std::string_view text, const std::filesystem::path& name,
                                       const Overrides& overrides = {});
+
+/// Throws ConfigError where the configuration has no [dds]. Replay, check, report and experiments do without; whatever
+/// talks on the bus asks here first.
+void require_dds(const ServiceConfig& config);
 
 /// Every problem of the file, in its order; none: it is a valid configuration.
 [[nodiscard]] std::vector<Problem> check(const std::filesystem::path& file);

@@ -100,7 +100,7 @@ void read_tables(ServiceConfig& config, const toml::table& root, const Report& r
     const toml::node* node = root.get(section.name);
     if (node != nullptr) read_section(section, config, *node, report);
     const bool keys_required = std::ranges::any_of(section.keys, [](const KeyInfo& k) { return k.need == required; });
-    const bool needed = section.many ? section.at_least > 0 : keys_required;
+    const bool needed = section.many ? section.at_least > 0 : keys_required && !section.optional;
     const bool empty = node == nullptr || (node->is_array() && node->as_array()->empty());
     if (needed && empty)
       report(node, section.name, "missing, required: " + heading(section) + " (" + section.help + ')');

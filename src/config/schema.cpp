@@ -85,32 +85,33 @@ void add_bias_sizes(std::vector<Key<RadarConfig>>& keys, const std::string& head
 }
 
 /// A calibration's table; load puts it where the file has the name of another file.
-Key<RadarConfig> calibration_key() {
-  return {
-      {"calibration", "the path of a file as downrange report --calibration writes it, or its table of this radar",
-       optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (joint, schmidt, ts)"},
-      [](RadarConfig& radar, const toml::node& value) {
-        if (value.is_string()) return true;  // "", or a problem that load has reported
-        const toml::table* table = value.as_table();
-        if (table == nullptr) return false;
-        const auto calibration = read_calibration(*table, "", [](auto&&...) {});
-        if (calibration) radar.bias.calibration = *calibration;
-        return calibration.has_value();
-      },
-      [](const RadarConfig& radar) {
-        const BiasCalibration& calibration = radar.bias.calibration;
-        std::string text;
-        for (std::size_t i = 0; i < calibration.terms.size(); ++i) {
-          const auto k = static_cast<Eigen::Index>(i);
-          text += (i == 0 ? "" : ", ") + std::string(to_string(calibration.terms[i])) + ' ' +
-                  show_number(calibration.mean[k]) + " +- " + show_number(std::sqrt(calibration.cov(k, k)));
-        }
-        return show_text(text);
-      }};
+template <class S>
+Key<S> calibration_key(Field<S, BiasCalibration> field, const std::string& methods) {
+  return {{"calibration", "the path of a file as downrange report --calibration writes it, or its table of this sensor",
+           optional, "prior of the bias from an earlier flight, relative to this file; \"\": none (" + methods + ')'},
+          [field](S& sensor, const toml::node& value) {
+            if (value.is_string()) return true;  // "", or a problem that load has reported
+            const toml::table* table = value.as_table();
+            if (table == nullptr) return false;
+            const auto calibration = read_calibration(*table, "", [](auto&&...) {});
+            if (calibration) field.set(sensor, *calibration);
+            return calibration.has_value();
+          },
+          [field](const S& sensor) {
+            const BiasCalibration calibration = field.get(sensor);
+            std::string text;
+            for (std::size_t i = 0; i < calibration.terms.size(); ++i) {
+              const auto k = static_cast<Eigen::Index>(i);
+              text += (i == 0 ? "" : ", ") + std::string(to_string(calibration.terms[i])) + ' ' +
+                      show_number(calibration.mean[k]) + " +- " + show_number(std::sqrt(calibration.cov(k, k)));
+            }
+            return show_text(text);
+          }};
 }
 
 std::vector<Key<RadarConfig>> bias_keys() {
-  std::vector<Key<RadarConfig>> keys{bias_blocks_key(), calibration_key()};
+  std::vector<Key<RadarConfig>> keys{
+      bias_blocks_key(), calibration_key(at(&RadarConfig::bias, &BiasConfig::calibration), "joint, schmidt, ts")};
   add_bias_sizes(keys, "bias_prior_", &BiasConfig::prior, "", 1e-9, "1-sigma before any data");
   add_bias_sizes(keys, "bias_drift_", &BiasConfig::drift, "_sqrt_s", 0, "random walk");
   return keys;
@@ -191,7 +192,7 @@ Section radar_section() {
   std::ranges::copy(pointing_keys<R>(), std::back_inserter(keys));
   std::ranges::copy(bias_keys(), std::back_inserter(keys));
   return many<R>(
-      "radar", 1, "A tracking radar.", [](ServiceConfig& c) -> std::vector<R>& { return c.range.radars; },
+      "radar", 0, "A tracking radar.", [](ServiceConfig& c) -> std::vector<R>& { return c.range.radars; },
       with_site<R>({id("id", at(&R::id), required, "sensor_id on the topics")}, std::move(keys)));
 }
 
@@ -208,6 +209,7 @@ Section angle_sensor_section() {
                         "offsets of azimuth and elevation: 1-sigma before any data"));
   keys.push_back(number("bias_drift_angle_deg_sqrt_s", at(&A::bias_drift_rad_sqrt_s), {0, 20}, optional,
                         "offsets of azimuth and elevation: random walk"));
+  keys.push_back(calibration_key(at(&A::calibration), "joint, ts"));
   return many<A>(
       "angle_sensor", 0, "A telemetry antenna or optical tracker that tells the direction it follows (joint, ts).",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.angle_sensors; },
@@ -397,13 +399,16 @@ Section node_section() {
 
 Section dds_section() {
   using D = DdsConfig;
-  return single<D>(
-      "dds", "The data bus.", [](ServiceConfig& c) -> D& { return c.dds; },
+  Section section = single<D>(
+      "dds", "The data bus; not needed by replay, check, report and experiment.",
+      [](ServiceConfig& c) -> D& { return c.dds; },
       {
           integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
           path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
           ids("ingest_nodes", at(&D::ingest_nodes), optional, "nodes whose observations a node without ingest takes"),
       });
+  section.optional = true;
+  return section;
 }
 
 Section archive_section() {

@@ -23,8 +23,9 @@ using Report = std::function<void(const toml::node* node, const std::string& pat
 /// One table, or one array of tables, of the file.
 struct Section {
   std::string name;
-  bool many = false;  ///< [[name]] instead of [name]
-  int at_least = 0;   ///< entries of an array of tables
+  bool many = false;      ///< [[name]] instead of [name]
+  int at_least = 0;       ///< entries of an array of tables
+  bool optional = false;  ///< the file may leave out the table, whatever keys it requires
   std::string help;
   std::vector<KeyInfo> keys;
   std::vector<std::string> defaults;  ///< per key, as the file would say it
@@ -42,6 +43,10 @@ void read_tables(ServiceConfig& config, const toml::table& root, const Report& r
 
 /// What the single keys' limits cannot say: identifiers unique, minima below maxima, times that fit together.
 void cross_check(const ServiceConfig& config, const toml::table& root, const Report& report);
+
+/// Reports what is allowed, but hardly meant: sites that no range is wide enough for, keys that cancel each other. The
+/// configuration has no problems.
+void warn_about(const ServiceConfig& config, const toml::table& root, const Report& report);
 
 /// ", did you mean ...?" for the nearest of `known`, or nothing when none is near.
 [[nodiscard]] std::string suggestion(const std::string& unknown, const std::vector<std::string>& known);

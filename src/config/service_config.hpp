@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "config/problem.hpp"
+
 namespace downrange::config {
 
 enum class ClockMode : std::uint8_t { Wall, Range };
@@ -32,7 +34,7 @@ struct NodeConfig {
 
 struct DdsConfig {
   int domain = 0;
-  std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute
+  std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute; empty: the file has no [dds]
   std::vector<Name> ingest_nodes;  ///< nodes whose observations a node without ingest takes
 };
 
@@ -59,6 +61,9 @@ struct ServiceConfig {
 
   std::string text;  ///< the configuration in force, as TOML that loads again: what an archive attaches
   std::string hash;  ///< SHA-256 of `text`, 64 hexadecimal digits
+
+  std::filesystem::path file;     ///< that it was read from, as it was named
+  std::vector<Problem> warnings;  ///< allowed, but hardly meant: for a person to look at
 };
 
 }  // namespace downrange::config

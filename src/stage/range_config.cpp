@@ -29,6 +29,17 @@ double size_of(const BiasSizes& sizes, BiasTerm term) {
   return 0;
 }
 
+void calibrate(BiasModel& model, const BiasCalibration& calibration) {
+  const std::vector<BiasTerm>& calibrated = calibration.terms;
+  for (std::size_t i = 0; i < calibrated.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    model.prior_mean[static_cast<Eigen::Index>(calibrated[i])] = calibration.mean[row];
+    for (std::size_t j = 0; j < calibrated.size(); ++j)
+      model.prior_cov(static_cast<Eigen::Index>(calibrated[i]), static_cast<Eigen::Index>(calibrated[j])) =
+          calibration.cov(row, static_cast<Eigen::Index>(j));
+  }
+}
+
 }  // namespace
 
 std::vector<BiasBlock> default_bias_blocks() { return {BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time}; }
@@ -41,14 +52,7 @@ BiasModel bias_model_of(const BiasConfig& config) {
     model.prior_cov(i, i) = prior * prior;
     model.drift[i] = size_of(config.drift, term);
   }
-  const std::vector<BiasTerm>& calibrated = config.calibration.terms;
-  for (std::size_t i = 0; i < calibrated.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    model.prior_mean[static_cast<Eigen::Index>(calibrated[i])] = config.calibration.mean[row];
-    for (std::size_t j = 0; j < calibrated.size(); ++j)
-      model.prior_cov(static_cast<Eigen::Index>(calibrated[i]), static_cast<Eigen::Index>(calibrated[j])) =
-          config.calibration.cov(row, static_cast<Eigen::Index>(j));
-  }
+  calibrate(model, config.calibration);
   return model;
 }
 
@@ -60,6 +64,7 @@ BiasModel bias_model_of(const AngleSensorConfig& config) {
     model.prior_cov(i, i) = config.bias_prior_rad * config.bias_prior_rad;
     model.drift[i] = config.bias_drift_rad_sqrt_s;
   }
+  calibrate(model, config.calibration);
   return model;
 }
 

@@ -30,6 +30,15 @@ expect 2 "FILE" "$downrange" check
 expect 2 "absent.toml" "$downrange" check "$work/absent.toml"
 sed 's/^sigma_range_m = .*/sigma_range_m = -3/' "$naro" > "$work/bad.toml"
 expect 2 "sigma_range_m" "$downrange" check "$work/bad.toml"
+# What is allowed but hardly meant is a warning; a range without a bus is one until something talks.
+sed -e '/^id = "jeju-tgs"/,/^height_m/ s/^longitude_deg = .*/longitude_deg = -126.366/' "$naro" > "$work/odd.toml"
+cp "$source/config/dds-qos.xml" "$work"
+expect 0 "odd.toml:" "$downrange" check "$work/odd.toml"
+expect 0 "the longitude's sign?" "$downrange" check "$work/odd.toml"
+expect 0 "" bash -c "[[ \$('$downrange' check '$work/odd.toml' 2> /dev/null) != *warning* ]]"
+sed -e '/^\[dds\]/,/^ingest_nodes/d' "$naro" > "$work/no_bus.toml"
+expect 0 "valid" "$downrange" check "$work/no_bus.toml"
+expect 2 "dds: missing" "$downrange" watch "$work/no_bus.toml" --plain --idle 1
 expect 2 "absent.mcap" "$downrange" replay "$work/absent.mcap" --config "$work/absent.mcap"
 expect 1 "absent.mcap" "$downrange" replay "$work/absent.mcap" --config "$naro"
 expect 2 "--rate" "$downrange" simulate "$naro" --scenario "$launch" --archive "$work/x.mcap" --rate fast
@@ -61,7 +70,8 @@ sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"
 "$downrange" simulate "$naro" --scenario "$work/short.toml" --set ingest.expect_simulated=true \
   --archive "$work/good.mcap" || exit 1
 expect 0 "events over" "$downrange" replay "$work/good.mcap" --out "$work/out.mcap"
-expect 1 "holds no true trajectory" "$downrange" report "$work/out.mcap"
+expect 1 "holds no results" "$downrange" report "$work/good.mcap"
+expect 1 "holds no true trajectory" "$downrange" report "$work/out.mcap" --truth "$work/good.mcap"
 expect 2 "nonesuch" "$downrange" replay "$work/good.mcap" --methods nonesuch
 expect 1 "identical" "$downrange" diff "$work/good.mcap" "$work/out.mcap"
 expect 0 "identical" "$downrange" diff "$work/out.mcap" "$work/out.mcap"
@@ -94,7 +104,6 @@ expect 1 "holds no biases of method" "$downrange" report "$work/good.mcap" --cal
 expect 1 "it has biases of: " "$downrange" report "$work/out.mcap" --calibration "$work/none.toml" --method uncorrected
 expect 2 "nonesuch" "$downrange" report "$work/out.mcap" --calibration "$work/none.toml" --method nonesuch
 expect 2 "--calibration" "$downrange" report "$work/out.mcap" --method joint
-cp "$source/config/dds-qos.xml" "$work"
 sed -e '0,/^calibration = ""/s//calibration = "cal.toml"/' -e 's/^bias_blocks = .*/bias_blocks = ["polar", "sez_offset", "sez_scale", "time"]/' \
   "$naro" > "$work/calibrated.toml"
 expect 0 "valid" "$downrange" check "$work/calibrated.toml"

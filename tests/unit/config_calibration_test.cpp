@@ -146,6 +146,47 @@ TEST_F(CalibrationFile, TermsThatItDoesNotHaveKeepTheConfiguredPrior) {
   }
 }
 
+/// A tracker's bias: the offsets of both angles, correlated.
+SensorBias tracker_bias() {
+  SensorBias bias;
+  bias.sensor = "optics";
+  bias.method = "joint";
+  bias.terms = 2;
+  bias.term = {BiasTerm::OffsetAzimuth, BiasTerm::OffsetElevation};
+  bias.value = {0.02 * deg, -0.01 * deg};
+  bias.covariance = {1e-4 * deg * deg, 0.5e-4 * deg * deg, 4e-4 * deg * deg};
+  return bias;
+}
+
+TEST_F(CalibrationFile, OfATrackerIsItsPrior) {
+  std::ofstream(folder_ / "range.toml", std::ios::app)
+      << "\n[[angle_sensor]]\nid = \"optics\"\nlatitude_deg = 34.4\nlongitude_deg = 127.5\nheight_m = 10\n"
+         "sigma_azimuth_deg = 0.003\nsigma_elevation_deg = 0.003\ncalibration = \"cal.toml\"\n";
+  const auto text_of = [](const SensorBias& tracker) {
+    return calibration_text({.archive = "flight.mcap", .configuration = "0123"}, std::vector{drawn_bias("goheung", 1)},
+                            std::vector{tracker});
+  };
+  const ServiceConfig config = load(text_of(tracker_bias()));
+  const BiasModel model = bias_model_of(config.range.angle_sensors.at(0));
+  const auto azimuth = static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth);
+  const auto elevation = static_cast<Eigen::Index>(BiasTerm::OffsetElevation);
+  EXPECT_DOUBLE_EQ(model.prior_mean[azimuth], 0.02 * deg);
+  EXPECT_DOUBLE_EQ(model.prior_mean[elevation], -0.01 * deg);
+  EXPECT_NEAR(model.prior_cov(azimuth, azimuth), 1e-4 * deg * deg, 1e-12 * deg * deg);
+  EXPECT_NEAR(model.prior_cov(azimuth, elevation), 0.5e-4 * deg * deg, 1e-12 * deg * deg);
+  EXPECT_NEAR(model.prior_cov(elevation, elevation), 4e-4 * deg * deg, 1e-12 * deg * deg);
+  EXPECT_EQ(differences(config, load_text(config.text, folder_ / "range.toml")), std::vector<std::string>{});
+
+  SensorBias other_term = tracker_bias();
+  other_term.term[1] = BiasTerm::ScaleElevation;
+  EXPECT_NE(complaint(text_of(other_term))
+                .find("angle_sensor[0].calibration: found a calibration of scale_elevation, "
+                      "allowed: offset_azimuth, offset_elevation"),
+            std::string::npos)
+      << complaint(text_of(other_term));
+  EXPECT_NE(complaint(calibrated_text).find("it has no [[angle_sensor]] with id \"optics\""), std::string::npos);
+}
+
 TEST_F(CalibrationFile, SaysWhereItComesFrom) {
   for (const char* text : {"archive = \"flight.mcap\"", "configuration = \"0123\"", "method = \"joint\"",
                            "epoch = 2026-03-01T08:07:59.987654321Z", "samples = 3700", "reference = \"gps\"",

@@ -24,7 +24,7 @@ struct BiasSizes {
   double time_tag_s = 0;    ///< block time
 };
 
-/// What an earlier flight or a survey found of some terms of a radar's bias: their prior instead of the sizes below.
+/// What an earlier flight or a survey found of some terms of a sensor's bias: their prior instead of the sizes below.
 struct BiasCalibration {
   std::vector<BiasTerm> terms;  ///< empty: no calibration; else terms of the configured blocks, each once
   Eigen::VectorXd mean;
@@ -83,6 +83,7 @@ struct AngleSensorConfig {
   double elevation_max_rad = std::numbers::pi / 2;
   double bias_prior_rad = 0.2 * std::numbers::pi / 180;  ///< offset of each angle before any data, 1-sigma
   double bias_drift_rad_sqrt_s = 0;
+  BiasCalibration calibration{};
 };
 
 /// The offsets of both angles.

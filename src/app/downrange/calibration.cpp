@@ -49,25 +49,33 @@ int write_calibration(const std::string& flight, const std::string& method, cons
   if (last.by_sensor.empty())
     throw std::runtime_error(flight + " holds no biases of method " + std::string(wanted.view()) +
                              "; it has biases of: " + listed(last.methods));
-  std::vector<SensorBias> biases;  // in the order of the range
-  for (const RadarConfig& radar : config.range.radars) {
-    const auto found = last.by_sensor.find(radar.id);
-    if (found == last.by_sensor.end()) {
-      std::cerr << "downrange: no bias of radar " << radar.id.view() << " in " << flight << ": left out\n";
-    } else {
-      biases.push_back(found->second);
+  // In the order of the range.
+  const auto biases_of = [&](const auto& sensors) {
+    std::vector<SensorBias> biases;
+    for (const auto& sensor : sensors) {
+      const auto found = last.by_sensor.find(sensor.id);
+      if (found == last.by_sensor.end()) {
+        std::cerr << "downrange: no bias of " << sensor.id.view() << " in " << flight << ": left out\n";
+      } else {
+        biases.push_back(found->second);
+      }
     }
-  }
+    return biases;
+  };
+  const std::vector<SensorBias> radars = biases_of(config.range.radars);
+  const std::vector<SensorBias> trackers = biases_of(config.range.angle_sensors);
   std::ofstream stream(out);
   stream << config::calibration_text(
-      {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, biases);
+      {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, radars, trackers);
   if (!stream.flush()) throw std::runtime_error(out + ": cannot be written");
-  for (const SensorBias& bias : biases) {
-    const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
-    std::cout << bias.sensor.view() << ": " << bias.terms << " terms after " << bias.samples << " plots, " << shown
-              << " converged\n";
+  for (const auto& biases : {radars, trackers}) {
+    for (const SensorBias& bias : biases) {
+      const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
+      std::cout << bias.sensor.view() << ": " << bias.terms << " terms after " << bias.samples << " plots, " << shown
+                << " converged\n";
+    }
   }
-  std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]]\n";
+  std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]] or [[angle_sensor]]\n";
   return last.cut_off ? exit_cut_off : exit_ok;
 }
 

@@ -28,9 +28,11 @@ void add_check(CLI::App& app, Run& run) {
         return exit_usage;
       }
       const auto c = config::load(options->file);
+      for (const auto& warning : c.warnings) std::cerr << "warning: " << warning.to_string() << '\n';
       std::cout << options->file << ": valid. Range " << c.range.name.view() << ", " << c.range.radars.size()
-                << " radars, " << c.range.telemetry.size() << " telemetry stations, " << c.range.antennas.size()
-                << " antennas; hash " << c.hash.substr(0, 16) << '\n';
+                << " radars, " << c.range.angle_sensors.size() << " angle sensors, " << c.range.telemetry.size()
+                << " telemetry stations, " << c.range.antennas.size() << " antennas; hash " << c.hash.substr(0, 16)
+                << '\n';
       return exit_ok;
     };
   });

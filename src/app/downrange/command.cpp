@@ -69,6 +69,7 @@ config::Overrides DdsOptions::overrides() const {
 }
 
 dds::ParticipantOptions participant_options(const config::ServiceConfig& config, const Name& node) {
+  config::require_dds(config);
   return {.domain = config.dds.domain,
           .profiles = config.dds.profiles,
           .node = node,

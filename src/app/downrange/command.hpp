@@ -58,6 +58,7 @@ struct OutputFiles {
   [[nodiscard]] bool overwrite(const std::string& output) const;
 };
 
+/// Throws ConfigError where the configuration has no [dds].
 [[nodiscard]] dds::ParticipantOptions participant_options(const config::ServiceConfig& config, const Name& node);
 
 /// "max" or a positive number of seconds of flight per second; 0 stands for max. Throws CLI::ValidationError.
