@@ -21,10 +21,8 @@ std::string joined(const std::vector<std::string>& words) {
 std::string number_text(double value, int digits) {
   const double magnitude = std::abs(value);
   char buffer[40];
-  if (value == 0 || !std::isfinite(value)) {
-    std::snprintf(buffer, sizeof buffer, "%g", value);
-    return buffer;
-  }
+  if (value == 0) return "0";
+  if (!std::isfinite(value)) return "-";
   if (magnitude >= 1e-3 && magnitude < 99999.5) {
     std::snprintf(buffer, sizeof buffer, "%#.*g", digits, value);
     std::string text = buffer;

@@ -34,7 +34,8 @@ struct Figure {
 [[nodiscard]] Figure within(std::string what, double measured, double low, double high);
 [[nodiscard]] Figure shown(std::string what, double measured);
 
-/// `value` with `digits` significant ones, zeros at the end included: "1.10", "0.0357"; "1e-9" outside 0.001 .. 99999.
+/// `value` with `digits` significant ones, zeros at the end included: "1.10", "0.0357"; "1e-9" outside 0.001 .. 99999;
+/// "-" of what is no number.
 [[nodiscard]] std::string number_text(double value, int digits);
 
 /// Where `x` or `y` is not finite the curve has a gap.

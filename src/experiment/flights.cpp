@@ -108,8 +108,8 @@ ExperimentResult flights_result(std::span<const flights::FlightResult> flown) {
       {"in the GPS outage", "160-184 s"},
       {"best single source",
        "joint with GPS alone and with each radar alone, position on every tick (25 ms), same windows"},
-      {"planted outliers",
-       "plots 200 m or 0.6 deg and more off the truth; rejected by ingest or gate, as they arrive and in order"},
+      {"outliers",
+       "plots 10 sigma and more off the median of their 10 s; rejected by ingest or gate, as they arrive and in order"},
       {"systematic error left", "rms of the 10 s means of plot - truth, newest bias known before the plot taken out"},
       {"NIS, residuals",
        "the same messages at their own epochs; plots that the gate rejects are outside; azimuth on the sky"}};

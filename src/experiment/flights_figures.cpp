@@ -92,12 +92,12 @@ void plot_rows(Table& table, const FlightResult& flight, const Flown& all) {
                      merritt_time_tag_ms + table.asks()->time_tag_ms));
   const GateCount gate = worse_gate(all, flight.find("in order"));
   if (gate.outliers > 0)
-    table.least("share of " + std::to_string(gate.outliers) + " planted outliers rejected",
+    table.least("share of " + std::to_string(gate.outliers) + " outliers rejected",
                 static_cast<double>(gate.outliers_rejected) / gate.outliers, 1);
   if (gate.plots > 0)
     table.most("share of " + std::to_string(gate.plots) + " good plots rejected",
                static_cast<double>(gate.plots_rejected) / gate.plots, 1e-3);
-  for (const score::RadarScore& radar : all.summary.radars) {
+  for (const score::SystematicScore& radar : all.summary.systematic) {
     if (std::find(flight.radars.begin(), flight.radars.end(), radar.sensor) == flight.radars.end()) continue;
     const std::string of = "left of " + std::string(radar.sensor.view());
     table.most(of + ", range, m", radar.after.range_m, 4);
@@ -145,7 +145,7 @@ void nis_rows(Table& table, const FlightResult& flight) {
   const Flown* const in_order = flight.find("in order");
   if (in_order == nullptr || in_order->replay.methods.front() != Name("joint")) return;
   for (const auto& [radar, share] : in_order->nis)
-    table.show("joint, NIS inside 95 %, " + std::string(radar.view()), share.share());
+    table.show("joint, NIS inside 95 %, " + std::string(radar.view()), share.value());
 }
 
 bool flies_joint(const Flown& flown) { return flown.replay.methods.front() == Name("joint"); }

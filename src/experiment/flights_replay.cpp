@@ -5,43 +5,16 @@
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/refraction.hpp>
 #include <downrange/stage/engine.hpp>
-#include <limits>
-#include <numbers>
 #include <optional>
-#include <span>
+
+#include "score/errors.hpp"
+#include "score/scorer.hpp"
 
 namespace downrange::experiment::flights {
 namespace {
 
-constexpr double outlier_range_m = 200;
-constexpr double outlier_angle_rad = 0.6 * std::numbers::pi / 180;
 /// Further behind a plot than this, a track says nothing about it.
 constexpr double longest_prediction_s = 0.5;
-
-/// As a trajectory carries it: rows of the upper triangle.
-Eigen::MatrixXd covariance_of(const Trajectory& t) {
-  Eigen::MatrixXd P(t.state_size, t.state_size);
-  std::size_t k = 0;
-  for (int row = 0; row < t.state_size; ++row)
-    for (int column = row; column < t.state_size; ++column) P(row, column) = P(column, row) = t.covariance[k++];
-  return P;
-}
-
-Gaussian<3> position_at(const Trajectory& t, Time epoch) {
-  const double dt = (epoch - t.epoch).seconds();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3, t.state_size);
-  A.leftCols<3>().diagonal().setOnes();
-  A.middleCols<3>(3).diagonal().setConstant(dt);
-  if (t.state_size == 9) A.rightCols<3>().diagonal().setConstant(dt * dt / 2);
-  const auto x = Eigen::Map<const Eigen::VectorXd>(t.state.data(), t.state_size);
-  return {A * x, A * covariance_of(t) * A.transpose()};
-}
-
-double time_tag_of(const SensorBias& bias) {
-  const auto end = bias.term.begin() + bias.terms;
-  const auto found = std::find(bias.term.begin(), end, BiasTerm::TimeTag);
-  return found == end ? 0 : bias.value[static_cast<std::size_t>(found - bias.term.begin())];
-}
 
 /// Passes everything on to the scorer and keeps what it does not.
 class Recorder final : public ResultSink {
@@ -60,7 +33,7 @@ class Recorder final : public ResultSink {
     if (const auto* trajectory = std::get_if<Trajectory>(&result)) take(*trajectory);
   }
 
-  /// Before the engine has the plot.
+  /// Before the engine has the plot; outliers are left out of residuals and NIS.
   void before(const RadarTspi& plot, const RadarConfig& radar, bool outlier) {
     plot_ = &plot;
     accepted_ = false;
@@ -69,13 +42,9 @@ class Recorder final : public ResultSink {
   }
   /// After it.
   void after(bool outlier) {
-    GateCount& gate = flown_.gate;
-    ++(outlier ? gate.outliers : gate.plots);
-    if (!accepted_) ++(outlier ? gate.outliers_rejected : gate.plots_rejected);
     // A plot that is rejected has no trajectory, and is outside whatever its NIS.
     if (flown_.replay.in_order && !outlier && (nis_ || !accepted_))
-      flown_.nis[plot_->sensor].add(nis_ ? nis_->first : std::numeric_limits<double>::quiet_NaN(),
-                                    nis_ ? nis_->second : 3);
+      flown_.nis[plot_->sensor].add(nis_ && score::inside_95(nis_->first, nis_->second));
     plot_ = nullptr;
   }
 
@@ -96,11 +65,11 @@ class Recorder final : public ResultSink {
     newest_track_[t.method] = t;
     const std::optional<score::TrueState> truth = truth_.at(t.epoch);
     if (!truth) return;
-    const Eigen::MatrixXd P = covariance_of(t);
+    const Gaussian<3> x = score::position_at(t, t.epoch);
     const auto second = static_cast<std::int64_t>(std::floor((t.epoch - flight_.liftoff).seconds()));
     Second& s = flown_.error[t.method][second];
-    s.square += (Eigen::Vector3d::Map(t.state.data()) - truth->position.m).squaredNorm();
-    s.variance += P.topLeftCorner<3, 3>().trace();
+    s.square += (x.mean - truth->position.m).squaredNorm();
+    s.variance += x.cov.trace();
     ++s.count;
   }
 
@@ -108,14 +77,9 @@ class Recorder final : public ResultSink {
     for (const auto& [method, track] : newest_track_) {
       if (std::abs((plot.epoch - track.epoch).seconds()) > longest_prediction_s) continue;
       const SensorBias& bias = newest_bias_[{method, plot.sensor}];
-      const auto terms = static_cast<std::size_t>(bias.terms);
-      Polar z = compensate(plot.measured, std::span(bias.term).first(terms), std::span(bias.value).first(terms));
-      if (const auto air = air_.find(plot.sensor); air != air_.end()) {
-        const Refraction bent = air->second.at_measured(z.range_m, z.elevation_rad);
-        z.range_m -= bent.range_m;
-        z.elevation_rad -= bent.elevation_rad;
-      }
-      const Gaussian<3> x = position_at(track, plot.epoch - seconds(time_tag_of(bias)));
+      const auto air = air_.find(plot.sensor);
+      const Polar z = score::corrected(plot.measured, bias, air == air_.end() ? nullptr : &air->second);
+      const Gaussian<3> x = score::position_at(track, plot.epoch - seconds(score::time_tag_of(bias)));
       const Displacement<Enu> d_enu = radar.site.enu_of({x.mean});
       const Polar q = polar_from_enu(d_enu);
       const double on_sky = std::cos(q.elevation_rad);
@@ -127,8 +91,7 @@ class Recorder final : public ResultSink {
                                   inflation * radar.sigma.elevation_rad);
       flown_.residuals[method][plot.sensor].push_back(
           {.t_s = (plot.epoch - flight_.liftoff).seconds(),
-           .value = {z.range_m - q.range_m, wrap_pi(z.azimuth_rad - q.azimuth_rad) * on_sky,
-                     z.elevation_rad - q.elevation_rad},
+           .value = score::plot_error(z, q),
            .sigma = ((H * x.cov * H.transpose()).diagonal() + noise.cwiseAbs2()).cwiseSqrt()});
     }
   }
@@ -170,6 +133,18 @@ std::vector<Event> arrivals(const RecordedFlight& flight, const Replay& replay) 
   return events;
 }
 
+GateCount gate_count(const score::Summary& summary) {
+  GateCount gate;
+  for (const score::SourceScore& source : summary.sources) {
+    if (source.kind != ObservationKind::Radar) continue;
+    gate.outliers += static_cast<int>(source.outliers);
+    gate.outliers_rejected += static_cast<int>(source.outliers_rejected.value_or(source.outliers));
+    gate.plots += static_cast<int>(source.good);
+    gate.plots_rejected += static_cast<int>(source.good_rejected.value_or(source.good));
+  }
+  return gate;
+}
+
 }  // namespace
 
 score::PositionScore Flown::position(const Name& method, std::size_t phase) const {
@@ -181,13 +156,13 @@ score::PositionScore Flown::position(const Name& method, std::size_t phase) cons
   return {};
 }
 
-bool is_outlier(const RadarTspi& plot, const RadarConfig& radar, const score::TruthTable& truth) {
-  const std::optional<score::TrueState> state = truth.at(plot.epoch);
-  if (!state) return false;
-  const Polar q = polar_from_enu(radar.site.enu_of(state->position));
-  const double azimuth = wrap_pi(plot.measured.azimuth_rad - q.azimuth_rad) * std::cos(q.elevation_rad);
-  const double angle = std::max(std::abs(azimuth), std::abs(plot.measured.elevation_rad - q.elevation_rad));
-  return std::abs(plot.measured.range_m - q.range_m) > outlier_range_m || angle > outlier_angle_rad;
+std::set<score::MessageId> outliers_of(const RecordedFlight& flight) {
+  const score::TruthTable truth(flight.truth);
+  score::OutlierFinder finder(flight.range, [&truth](Time t) { return truth.at(t); });
+  for (const Event& event : flight.events)
+    if (const auto* plot = std::get_if<RadarTspi>(&event))
+      finder.add(plot->sensor, plot->sequence, plot->epoch, plot->measured);
+  return finder.outliers();
 }
 
 Flown fly(const RecordedFlight& flight, const Replay& replay) {
@@ -198,6 +173,8 @@ Flown fly(const RecordedFlight& flight, const Replay& replay) {
   const score::TruthTable truth(flight.truth);
   score::Scorer scorer(
       range, flight.target, [&truth](Time t) { return truth.at(t); }, flight.liftoff, replay.phases);
+  const std::set<score::MessageId> outliers = outliers_of(flight);
+  scorer.know_outliers(outliers, score::OutlierOrigin::Truth);
   Flown flown;
   flown.replay = replay;
   Recorder recorder(scorer.open_run(replay.label), flight, truth, flown);
@@ -213,14 +190,14 @@ Flown fly(const RecordedFlight& flight, const Replay& replay) {
       engine.handle(admitted);
       continue;
     }
-    const bool outlier = is_outlier(*plot, *radar, truth);
-    if (outlier) scorer.mark_outlier(plot->sensor, plot->sequence);
+    const bool outlier = outliers.contains({plot->sensor, plot->sequence});
     recorder.before(*plot, *radar, outlier);
     engine.handle(admitted);
     recorder.after(outlier);
   }
   engine.advance_to(last + seconds(2));  // commands of the last second
   flown.summary = scorer.summary();
+  flown.gate = gate_count(flown.summary);
   return flown;
 }
 

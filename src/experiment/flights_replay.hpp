@@ -1,16 +1,18 @@
 #pragma once
 /// One recorded flight through one engine, and what is measured on the way.
 
-#include <downrange/est/consistency.hpp>
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "experiment/residual_plot.hpp"
-#include "score/scorer.hpp"
+#include "score/errors.hpp"
+#include "score/outliers.hpp"
+#include "score/summary.hpp"
 #include "score/truth.hpp"
 
 namespace downrange::experiment::flights {
@@ -38,7 +40,7 @@ struct Replay {
   bool points = false;  ///< the range's antennas are pointed and scored
 };
 
-/// What became of the plots that the target's radars sent, planted outliers apart.
+/// What became of the plots that the radars sent, outliers apart.
 struct GateCount {
   int outliers = 0;
   int outliers_rejected = 0;
@@ -59,7 +61,7 @@ struct Flown {
   GateCount gate;
   std::map<Name, SensorBias> bias;                       ///< of the first method, the last known
   std::map<Name, std::map<std::int64_t, Second>> error;  ///< by method and second after lift-off
-  std::map<Name, InsideShare> nis;  ///< per radar, in order only, of good plots; rejected ones are outside
+  std::map<Name, score::Share> nis;  ///< per radar, in order only, of good plots; rejected ones are outside
   std::map<Name, std::map<Name, std::vector<Residual>>>
       residuals;  ///< by method and radar, likewise; azimuth on the sky
 
@@ -67,9 +69,8 @@ struct Flown {
   [[nodiscard]] score::PositionScore position(const Name& method, std::size_t phase = 0) const;
 };
 
-/// Outliers are told by the truth: planted ones are 200 m or 0.6 degrees off and more, further than any
-/// bias.
-[[nodiscard]] bool is_outlier(const RadarTspi& plot, const RadarConfig& radar, const score::TruthTable& truth);
+/// Of its radars, told by its truth.
+[[nodiscard]] std::set<score::MessageId> outliers_of(const RecordedFlight& flight);
 
 [[nodiscard]] Flown fly(const RecordedFlight& flight, const Replay& replay);
 

@@ -1,13 +1,12 @@
 #include "experiment/launch_score.hpp"
 
 #include <algorithm>
-#include <downrange/est/consistency.hpp>
+#include <cmath>
+#include <span>
 #include <utility>
 
 namespace downrange::experiment::launch {
 namespace {
-
-constexpr double inside_probability = 0.95;
 
 /// Windows and second that an instant counts for.
 class Place {
@@ -48,17 +47,6 @@ class Place {
   std::size_t count_ = 0;
   std::size_t bin_ = 0;
 };
-
-/// P(chi2(dof) <= limit) = 95 %; computed once.
-double limit_of(int dof) {
-  static const auto limits = [] {
-    std::array<double, BiasEstimate::max_terms + 1> all{};
-    for (int i = 1; i <= BiasEstimate::max_terms; ++i)
-      all[static_cast<std::size_t>(i)] = chi2_quantile(inside_probability, i);
-    return all;
-  }();
-  return limits.at(static_cast<std::size_t>(dof));
-}
 
 std::span<const BiasTerm> terms_of(const BiasEstimate& bias) {
   return {bias.term.data(), static_cast<std::size_t>(bias.terms)};
@@ -116,7 +104,7 @@ void score_plot(Place& place, const Measurement& m, const Instant& instant, cons
   const std::optional<double> nees = bias_nees(bias, bias_vector(truth));
   place.each([&](WindowScore& w) {
     for (int axis = 0; axis < 3; ++axis) w.two_sigma.add(std::abs(error[axis]) < 2 * std::sqrt(track.cov(axis, axis)));
-    if (nees) w.bias_nees.add(*nees <= limit_of(bias.terms));
+    if (nees) w.bias_nees.add(score::inside_95(*nees, bias.terms));
   });
 }
 
@@ -188,7 +176,7 @@ Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn, 
     if (residuals != nullptr && plot && place.in_window())
       residuals->push_back(residual_of(m, *instant, *method, settings.radars[static_cast<std::size_t>(m.source)]));
     const Outcome outcome = method->process(m, m.epoch);
-    if (outcome.dof > 0) place.each([&](WindowScore& w) { w.nis.add(outcome.nis <= limit_of(outcome.dof)); });
+    if (outcome.dof > 0) place.each([&](WindowScore& w) { w.nis.add(score::inside_95(outcome.nis, outcome.dof)); });
     if (plot) score_plot(place, m, *instant, *method, scene, drawn.bias[static_cast<std::size_t>(m.source)]);
   }
   return score;

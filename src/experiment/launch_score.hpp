@@ -2,49 +2,17 @@
 /// Errors of a method flown over one run of the launch scenario, and the bound's, in the same sums.
 
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
 #include "experiment/launch_scenario.hpp"
 #include "experiment/residual_plot.hpp"
+#include "score/errors.hpp"
 
 namespace downrange::experiment::launch {
 
-/// Sum of squares; of a bound, of expected squares.
-struct Squares {
-  double sum = 0;
-  long count = 0;
-
-  void add(double square) {
-    sum += square;
-    ++count;
-  }
-  Squares& operator+=(const Squares& other) {
-    sum += other.sum;
-    count += other.count;
-    return *this;
-  }
-  /// NaN where nothing was added.
-  [[nodiscard]] double rms() const { return std::sqrt(sum / static_cast<double>(count)); }
-};
-
-/// How many of how many.
-struct Share {
-  long inside = 0;
-  long count = 0;
-
-  void add(bool is_inside) {
-    inside += is_inside ? 1 : 0;
-    ++count;
-  }
-  Share& operator+=(const Share& other) {
-    inside += other.inside;
-    count += other.count;
-    return *this;
-  }
-  [[nodiscard]] double value() const { return static_cast<double>(inside) / static_cast<double>(count); }
-};
+using score::Share;
+using score::Squares;
 
 inline constexpr int ripple_bins = 10;
 inline constexpr int seconds_shown = static_cast<int>(end_s - tracking_from_s);

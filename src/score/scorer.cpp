@@ -1,105 +1,64 @@
 #include "score/scorer.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <downrange/est/bias_terms.hpp>
+#include <deque>
 #include <downrange/est/consistency.hpp>
-#include <downrange/geo/polar.hpp>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <optional>
-#include <span>
 #include <utility>
+
+#include "score/errors.hpp"
 
 namespace downrange::score {
 namespace {
 
 constexpr Duration mean_interval = milliseconds(10'000);
-
-double rms(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
-}
-
-/// Smallest value that 95 % of the values do not exceed.
-double p95(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
-  return values[rank];
-}
-
-double largest(const std::vector<double>& values) {
-  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
-}
-
-double share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
-}
-
-Eigen::Matrix3d position_covariance(const Trajectory& trajectory) {
-  Eigen::Matrix3d P;
-  const int n = trajectory.state_size;
-  for (int row = 0; row < 3; ++row)
-    for (int column = row; column < 3; ++column) {
-      const int index = row * n - row * (row - 1) / 2 + column - row;
-      P(row, column) = P(column, row) = trajectory.covariance[static_cast<std::size_t>(index)];
-    }
-  return P;
-}
-
-bool inside_95_percent(const Eigen::Vector3d& error, const Eigen::Matrix3d& P) {
-  static const double limit = chi2_quantile(0.95, 3);
-  const Eigen::LLT<Eigen::Matrix3d> llt(P);
-  return llt.info() == Eigen::Success && error.dot(llt.solve(error)) <= limit;
-}
+/// Further behind a fix than this, a track says nothing about it.
+constexpr Duration longest_prediction = milliseconds(2'000);
+/// What fixes may come late by and still find the track before them.
+constexpr Duration latest_fix = milliseconds(10'000);
 
 Polar look_angles(const Site& site, const Position<Ecef>& target) { return polar_from_enu(site.enu_of(target)); }
-
-Eigen::Vector3d direction(double azimuth_rad, double elevation_rad) {
-  return enu_from_polar({1.0, azimuth_rad, elevation_rad}).m;
-}
-
-/// measured - true; azimuth on the sky.
-Eigen::Vector3d polar_error(const Polar& measured, const Polar& truth) {
-  return {measured.range_m - truth.range_m,
-          wrap_pi(measured.azimuth_rad - truth.azimuth_rad) * std::cos(truth.elevation_rad),
-          measured.elevation_rad - truth.elevation_rad};
-}
-
-double time_tag_of(const SensorBias& bias) {
-  for (int i = 0; i < bias.terms; ++i)
-    if (bias.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag) return bias.value[static_cast<std::size_t>(i)];
-  return 0;
-}
 
 struct PositionSample {
   Time epoch;
   double error_m;
   bool inside_95;
 };
+using Samples = std::vector<PositionSample>;
+
+PositionSample sample_of(Time epoch, const Eigen::Vector3d& error, const Mat<3, 3>& P) {
+  return {epoch, error.norm(), inside_95(normalised_square<3>(error, P), 3)};
+}
+
+/// Noise of a fix, ECEF.
+Mat<3, 3> covariance_of_fix(const Observation& fix) {
+  const Eigen::Matrix3d R_enu_ecef = enu_from_ecef_at(geodetic_from_ecef(fix.position)).R;
+  const Eigen::Vector3d sigma(fix.sigma_horizontal_m, fix.sigma_horizontal_m, fix.sigma_vertical_m);
+  return R_enu_ecef.transpose() * sigma.cwiseAbs2().asDiagonal() * R_enu_ecef;
+}
 
 struct PointingSamples {
   std::vector<double> error_rad;
+  std::size_t commands = 0;
   std::size_t held = 0;
   std::size_t axes_inside = 0;
   double age_sum_s = 0;
   double worst_age_s = 0;
 };
 
-PositionScore position_score(const std::vector<PositionSample>& samples, Time from, Time to) {
+PositionScore position_score(const Samples& samples, Time from, Time to) {
   std::vector<double> errors;
-  std::size_t inside = 0;
+  Share inside;
   for (const PositionSample& sample : samples) {
     if (sample.epoch < from || sample.epoch >= to) continue;
     errors.push_back(sample.error_m);
-    if (sample.inside_95) ++inside;
+    inside.add(sample.inside_95);
   }
-  return {errors.size(), rms(errors), p95(errors), largest(errors), share(inside, errors.size())};
+  if (errors.empty()) return {};
+  const Spread spread = spread_of(std::move(errors));
+  return {spread.count, spread.rms, spread.p95, spread.worst, inside.value()};
 }
 
 class IntervalMeans {
@@ -122,11 +81,23 @@ class IntervalMeans {
   std::map<std::int64_t, std::pair<Eigen::Vector3d, int>> intervals_;
 };
 
-struct RadarAccount {
+/// Errors of a sensor's plots: as measured, and with what was known of them taken out.
+struct PlotErrors {
   std::size_t plots = 0;
-  std::size_t rejected = 0;
   IntervalMeans before;
   IntervalMeans after;
+};
+
+struct PlotError {
+  Time epoch;
+  Eigen::Vector3d before;
+  Eigen::Vector3d after;
+
+  void add_to(PlotErrors& errors) const {
+    ++errors.plots;
+    errors.before.add(epoch, before);
+    errors.after.add(epoch, after);
+  }
 };
 
 /// What health told of a source once a second.
@@ -137,12 +108,19 @@ struct HealthSample {
   bool mismatch = false;
 };
 
+struct Fates {
+  std::size_t delivered = 0;
+  std::size_t rejected = 0;
+};
+
 struct SourceTally {
   std::array<std::uint64_t, reason_count> by_ingest{};
   std::uint64_t gated = 0;
   std::uint64_t frozen = 0;
-  std::size_t outliers = 0;
-  std::size_t outliers_rejected = 0;
+  Fates outliers;
+  Fates good;
+  PlotErrors let_through;  ///< by ingest
+  PlotErrors taken;        ///< by the method too
   std::vector<HealthSample> health;
 };
 
@@ -168,22 +146,15 @@ void add_consistency(const std::vector<HealthSample>& health, SourceScore& score
 /// Collects what one run says.
 class Scorer::Run : public ResultSink {
  public:
-  Run(const Scorer& scorer, std::string label) : scorer_(scorer), label_(std::move(label)) {}
+  Run(const Scorer& scorer, std::string label)
+      : scorer_(scorer), label_(std::move(label)), primary_(scorer.first_method()) {}
 
   void emit(const Result& result) override {
     std::visit([this](const auto& r) { add(r); }, result);
   }
 
-  [[nodiscard]] TrajectoryScore trajectory_score(const std::string& label, const Name& method) const {
-    TrajectoryScore score{label, {}};
-    const auto found = positions_.find(method);
-    for (const Phase& phase : scorer_.phases_)
-      score.phases.push_back(found == positions_.end()
-                                 ? PositionScore{}
-                                 : position_score(found->second, scorer_.liftoff_ + seconds(phase.from_s),
-                                                  scorer_.liftoff_ + seconds(phase.to_s)));
-    return score;
-  }
+  /// Its primary method's row.
+  [[nodiscard]] TrajectoryScore primary_score() const { return trajectory_score(label_, primary_); }
 
   /// The service's own run: its primary method first, named; then the methods beside it.
   [[nodiscard]] std::vector<TrajectoryScore> scores_by_method() const {
@@ -193,12 +164,15 @@ class Scorer::Run : public ResultSink {
     return scores;
   }
 
-  [[nodiscard]] TrajectoryScore primary_score() const { return trajectory_score(label_, primary_); }
-
-  [[nodiscard]] RadarScore radar_score(const Name& sensor) const {
-    const auto found = radars_.find(sensor);
-    const RadarAccount account = found == radars_.end() ? RadarAccount{} : found->second;
-    return {sensor, account.plots, account.rejected, account.before.rms_of_means(), account.after.rms_of_means()};
+  [[nodiscard]] SystematicScore systematic_score(const Name& sensor, ObservationKind kind) const {
+    SystematicScore score{sensor, kind, 0, source_score(sensor, kind).rejected(), {}, {}};
+    const auto found = sources_.find({kind, sensor});
+    if (found == sources_.end()) return score;
+    const PlotErrors& errors = is_answered(sensor) ? found->second.taken : found->second.let_through;
+    score.plots = errors.plots;
+    score.before = errors.before.rms_of_means();
+    score.after = errors.after.rms_of_means();
+    return score;
   }
 
   [[nodiscard]] SourceScore source_score(const Name& sensor, ObservationKind kind) const {
@@ -213,9 +187,15 @@ class Scorer::Run : public ResultSink {
     accepted -= std::min(tally.gated + tally.frozen, accepted);
     score.count[static_cast<std::size_t>(Reason::Gated)] = tally.gated;
     score.count[static_cast<std::size_t>(Reason::Frozen)] = tally.frozen;
-    score.outliers = tally.outliers;
-    score.outliers_rejected = tally.outliers_rejected + (open_outlier_ && open_outlier_->sensor == sensor ? 1 : 0);
-    if (biases_.empty() && !scorer_.range_.fuse.publish_on_data) score.outliers_rejected.reset();
+    const auto rejected = [&](const Fates& fates, bool outlier) -> std::optional<std::size_t> {
+      if (!is_answered(sensor) && fates.delivered > 0) return std::nullopt;
+      const bool still_open = open_ && open_->source == found->first && open_->outlier == outlier;
+      return fates.rejected + (still_open ? 1 : 0);
+    };
+    score.outliers = tally.outliers.delivered;
+    score.good = tally.good.delivered;
+    score.outliers_rejected = rejected(tally.outliers, true);
+    score.good_rejected = rejected(tally.good, false);
     add_consistency(tally.health, score);
     return score;
   }
@@ -229,109 +209,158 @@ class Scorer::Run : public ResultSink {
     std::vector<PointingScore> scores;
     for (const auto& [key, samples] : pointing_) {
       if (key.first != antenna) continue;
-      const std::size_t scored = samples.error_rad.size();
-      const std::size_t commands = scored + samples.held;
-      scores.push_back({antenna, key.second, commands, samples.held, rms(samples.error_rad), p95(samples.error_rad),
-                        largest(samples.error_rad), share(samples.axes_inside, 2 * scored),
-                        samples.age_sum_s / static_cast<double>(commands), samples.worst_age_s});
+      const Spread spread = spread_of(samples.error_rad);
+      PointingScore score{.antenna = antenna,
+                          .source = key.second,
+                          .commands = samples.commands,
+                          .held = samples.held,
+                          .scored = spread.count,
+                          .rms_rad = spread.rms,
+                          .p95_rad = spread.p95,
+                          .worst_rad = spread.worst,
+                          .mean_age_s = samples.age_sum_s / static_cast<double>(samples.commands),
+                          .worst_age_s = samples.worst_age_s};
+      if (spread.count > 0)
+        score.inside_2_sigma = static_cast<double>(samples.axes_inside) / static_cast<double>(2 * spread.count);
+      scores.push_back(score);
     }
     return scores;
   }
 
  private:
-  /// An outlier that ingest let through, until the method's results of the same event show that it took it.
-  struct OpenOutlier {
-    Name sensor;
+  using SourceKey = std::pair<ObservationKind, Name>;
+
+  /// A plot that ingest let through, until the first method's results of the same event show that it took it.
+  struct OpenPlot {
+    SourceKey source;
     Time received;
+    bool outlier;
+    std::optional<PlotError> error;
   };
 
-  void tally(const Observation& observation) {
-    SourceTally& source = sources_[{observation.kind, observation.sensor}];
-    ++source.by_ingest[static_cast<std::size_t>(observation.verdict)];
-    if (open_outlier_) ++sources_[{ObservationKind::Radar, open_outlier_->sensor}].outliers_rejected;
-    open_outlier_.reset();
-    if (observation.kind != ObservationKind::Radar ||
-        !scorer_.outliers_.contains({observation.sensor, observation.sequence}))
-      return;
-    ++source.outliers;
-    if (observation.verdict == Reason::Accepted) {
-      open_outlier_ = {observation.sensor, observation.received};
-    } else {
-      ++source.outliers_rejected;
-    }
+  [[nodiscard]] TrajectoryScore trajectory_score(const std::string& label, const Name& method) const {
+    TrajectoryScore score{label, {}};
+    const auto found = positions_.find(method);
+    for (const Phase& phase : scorer_.phases_)
+      score.phases.push_back(found == positions_.end()
+                                 ? PositionScore{}
+                                 : position_score(found->second, scorer_.liftoff_ + seconds(phase.from_s),
+                                                  scorer_.liftoff_ + seconds(phase.to_s)));
+    return score;
+  }
+
+  /// The first method tells a sensor's bias with each of its plots that it takes: without any, nothing is known of the
+  /// single plots.
+  [[nodiscard]] bool is_answered(const Name& sensor) const { return biases_.contains(sensor); }
+
+  /// The first method took the open plot, or did not.
+  void close(bool taken) {
+    if (!open_) return;
+    SourceTally& source = sources_[open_->source];
+    if (!taken) ++(open_->outlier ? source.outliers : source.good).rejected;
+    if (taken && open_->error && !open_->outlier) open_->error->add_to(source.taken);
+    open_.reset();
   }
 
   /// A result that the first method gave for an event received then: it took what came with it.
-  void taken(const Name& method, Time received) {
-    if (open_outlier_ && method == scorer_.first_method() && received == open_outlier_->received) open_outlier_.reset();
-  }
-
-  void add(const Trajectory& trajectory) {
-    taken(trajectory.method, trajectory.received);
-    if (trajectory.target != scorer_.target_) return;
-    const std::optional<TrueState> truth = scorer_.truth_(trajectory.epoch);
-    if (!truth) return;
-    if (trajectory.primary) primary_ = trajectory.method;
-    const Eigen::Vector3d error = Eigen::Vector3d::Map(trajectory.state.data()) - truth->position.m;
-    positions_[trajectory.method].push_back(
-        {trajectory.epoch, error.norm(), inside_95_percent(error, position_covariance(trajectory))});
+  void answered(const Name& method, Time received) {
+    if (open_ && method == scorer_.first_method() && received == open_->received) close(true);
   }
 
   void add(const Observation& observation) {
-    tally(observation);
-    if (observation.kind != ObservationKind::Radar || observation.target != scorer_.target_) return;
-    const auto radar = std::find_if(scorer_.range_.radars.begin(), scorer_.range_.radars.end(),
-                                    [&](const RadarConfig& r) { return r.id == observation.sensor; });
-    if (radar == scorer_.range_.radars.end()) return;
-    RadarAccount& account = radars_[observation.sensor];
+    close(false);
+    const SourceKey key{observation.kind, observation.sensor};
+    SourceTally& source = sources_[key];
+    ++source.by_ingest[static_cast<std::size_t>(observation.verdict)];
+    if (observation.kind == ObservationKind::Gps) return add_fix(observation);
+    const bool outlier = scorer_.outliers_.contains({observation.sensor, observation.sequence});
+    Fates& fates = outlier ? source.outliers : source.good;
+    ++fates.delivered;
     if (observation.verdict != Reason::Accepted) {
-      ++account.rejected;
+      ++fates.rejected;
       return;
     }
-    if (!scorer_.in_a_phase(observation.epoch)) return;
-    if (scorer_.outliers_.contains({observation.sensor, observation.sequence})) return;
-    const SensorBias& bias = biases_[observation.sensor];
-    const std::optional<TrueState> truth = scorer_.truth_(observation.epoch);
-    const std::optional<TrueState> truth_at_tag = scorer_.truth_(observation.epoch - seconds(time_tag_of(bias)));
-    if (!truth || !truth_at_tag) return;
-    const auto terms = static_cast<std::size_t>(bias.terms);
-    Polar compensated =
-        compensate(observation.measured, std::span(bias.term).first(terms), std::span(bias.value).first(terms));
-    if (const auto air = scorer_.air_.find(observation.sensor); air != scorer_.air_.end()) {
-      const Refraction bent = air->second.at_measured(compensated.range_m, compensated.elevation_rad);
-      compensated.range_m -= bent.range_m;
-      compensated.elevation_rad -= bent.elevation_rad;
+    open_ = {key, observation.received, outlier, error_of(observation)};
+    if (open_->error && !outlier) open_->error->add_to(source.let_through);
+  }
+
+  /// Nothing of another target, outside the phases and where the truth is not known.
+  [[nodiscard]] std::optional<PlotError> error_of(const Observation& plot) {
+    if (plot.target != scorer_.target_ || !scorer_.in_a_phase(plot.epoch)) return std::nullopt;
+    const Site* site = scorer_.site_of(plot.sensor);
+    const SensorBias& bias = biases_.contains(plot.sensor) ? biases_.at(plot.sensor) : no_bias_;
+    const std::optional<TrueState> truth = scorer_.truth_at(plot.epoch);
+    const std::optional<TrueState> truth_at_tag = scorer_.truth_at(plot.epoch - seconds(time_tag_of(bias)));
+    if (site == nullptr || !truth || !truth_at_tag) return std::nullopt;
+    const Polar exact = look_angles(*site, truth->position);
+    const Polar exact_at_tag = look_angles(*site, truth_at_tag->position);
+    // A tracker tells no range: the true one takes its place, and leaves no error.
+    const bool ranges = plot.kind == ObservationKind::Radar;
+    Polar measured = plot.measured;
+    if (!ranges) measured.range_m = exact.range_m;
+    const auto air = scorer_.air_.find(plot.sensor);
+    const Polar after = corrected(measured, bias, air == scorer_.air_.end() ? nullptr : &air->second);
+    PlotError error{plot.epoch, plot_error(measured, exact), plot_error(after, exact_at_tag)};
+    if (!ranges) error.before[0] = error.after[0] = 0;
+    return error;
+  }
+
+  void add(const Trajectory& trajectory) {
+    answered(trajectory.method, trajectory.received);
+    if (trajectory.target != scorer_.target_) return;
+    if (!scorer_.truth_) {
+      if (trajectory.primary) primary_ = trajectory.method;
+      keep(trajectory);
+      return;
     }
-    ++account.plots;
-    account.before.add(observation.epoch, polar_error(observation.measured, look_angles(radar->site, truth->position)));
-    account.after.add(observation.epoch, polar_error(compensated, look_angles(radar->site, truth_at_tag->position)));
+    const std::optional<TrueState> truth = scorer_.truth_(trajectory.epoch);
+    if (!truth) return;
+    if (trajectory.primary) primary_ = trajectory.method;
+    const Gaussian<3> x = position_at(trajectory, trajectory.epoch);
+    positions_[trajectory.method].push_back(sample_of(trajectory.epoch, x.mean - truth->position.m, x.cov));
+  }
+
+  /// For fixes to come.
+  void keep(const Trajectory& trajectory) {
+    std::deque<Trajectory>& recent = recent_[trajectory.method];
+    recent.push_back(trajectory);
+    while (trajectory.epoch - recent.front().epoch > latest_fix) recent.pop_front();
+  }
+
+  /// Without truth the fixes stand in for it: each against the track as it was just before it.
+  void add_fix(const Observation& fix) {
+    if (scorer_.truth_ || fix.verdict != Reason::Accepted || fix.target != scorer_.target_) return;
+    for (const auto& [method, recent] : recent_) {
+      const auto before = std::find_if(recent.rbegin(), recent.rend(), [&](const Trajectory& t) {
+        return t.epoch < fix.epoch && fix.epoch - t.epoch <= longest_prediction;
+      });
+      if (before == recent.rend()) continue;
+      const Gaussian<3> x = position_at(*before, fix.epoch);
+      positions_[method].push_back(sample_of(fix.epoch, fix.position.m - x.mean, x.cov + covariance_of_fix(fix)));
+    }
   }
 
   void add(const SensorBias& bias) {
-    taken(bias.method, bias.received);
+    if (open_ && open_->source.second == bias.sensor) answered(bias.method, bias.received);
     if (bias.method == scorer_.first_method()) biases_[bias.sensor] = bias;
   }
 
   void add(const SlavingCommand& command) {
-    const auto antenna = std::find_if(scorer_.range_.antennas.begin(), scorer_.range_.antennas.end(),
-                                      [&](const AntennaConfig& a) { return a.id == command.antenna; });
-    const std::optional<TrueState> truth = scorer_.truth_(command.apply_at);
-    if (antenna == scorer_.range_.antennas.end() || command.target != scorer_.target_ || !truth) return;
+    const auto antenna = std::ranges::find(scorer_.range_.antennas, command.antenna, &AntennaConfig::id);
+    const std::optional<TrueState> truth = scorer_.truth_at(command.apply_at);
+    if (antenna == scorer_.range_.antennas.end() || command.target != scorer_.target_ || (scorer_.truth_ && !truth))
+      return;
     PointingSamples& samples = pointing_[{command.antenna, command.source}];
+    ++samples.commands;
     samples.age_sum_s += command.age_s;
     samples.worst_age_s = std::max(samples.worst_age_s, command.age_s);
     if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) {
       ++samples.held;
-      return;
+    } else if (truth) {
+      const Polar look = look_angles(antenna->site, truth->position);
+      samples.error_rad.push_back(pointing_error(command, look));
+      samples.axes_inside += static_cast<std::size_t>(axes_within_2_sigma(command, look));
     }
-    const Polar look = look_angles(antenna->site, truth->position);
-    const Eigen::Vector3d commanded = direction(command.azimuth_rad, command.elevation_rad);
-    const Eigen::Vector3d exact = direction(look.azimuth_rad, look.elevation_rad);
-    samples.error_rad.push_back(std::atan2(commanded.cross(exact).norm(), commanded.dot(exact)));
-    const double azimuth_error = std::abs(wrap_pi(command.azimuth_rad - look.azimuth_rad));
-    const double elevation_error = std::abs(command.elevation_rad - look.elevation_rad);
-    if (azimuth_error <= 2 * command.sigma_azimuth_rad) ++samples.axes_inside;
-    if (elevation_error <= 2 * command.sigma_elevation_rad) ++samples.axes_inside;
   }
 
   void add(const SourceHealth& health) {
@@ -350,11 +379,12 @@ class Scorer::Run : public ResultSink {
   const Scorer& scorer_;
   std::string label_;
   Name primary_;
-  std::map<Name, std::vector<PositionSample>> positions_;  // by method
-  std::map<Name, SensorBias> biases_;
-  std::map<Name, RadarAccount> radars_;
-  std::map<std::pair<ObservationKind, Name>, SourceTally> sources_;
-  std::optional<OpenOutlier> open_outlier_;
+  std::map<Name, Samples> positions_;              // by method
+  std::map<Name, std::deque<Trajectory>> recent_;  // likewise; without truth
+  std::map<Name, SensorBias> biases_;              // of the first method
+  SensorBias no_bias_;
+  std::map<SourceKey, SourceTally> sources_;
+  std::optional<OpenPlot> open_;
   std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
 };
 
@@ -366,35 +396,55 @@ bool Scorer::in_a_phase(Time t) const {
 
 Name Scorer::first_method() const { return range_.fuse.methods.empty() ? Name() : range_.fuse.methods.front(); }
 
+std::optional<TrueState> Scorer::truth_at(Time t) const { return truth_ ? truth_(t) : std::nullopt; }
+
+const Site* Scorer::site_of(const Name& sensor) const {
+  const auto radar = std::ranges::find(range_.radars, sensor, &RadarConfig::id);
+  if (radar != range_.radars.end()) return &radar->site;
+  const auto tracker = std::ranges::find(range_.angle_sensors, sensor, &AngleSensorConfig::id);
+  return tracker == range_.angle_sensors.end() ? nullptr : &tracker->site;
+}
+
 Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
                std::vector<Phase> phases)
     : range_(range), target_(target), truth_(std::move(truth)), liftoff_(liftoff), phases_(std::move(phases)) {
-  for (const RadarConfig& radar : range_.radars) {
-    if (radar.refractivity > 0)
-      air_.emplace(radar.id, RefractionTable(atmosphere_over(radar.site.geodetic(), radar.refractivity)));
-  }
+  const auto add_air = [&](const auto& sensors) {
+    for (const auto& sensor : sensors)
+      if (sensor.refractivity > 0)
+        air_.emplace(sensor.id, RefractionTable(atmosphere_over(sensor.site.geodetic(), sensor.refractivity)));
+  };
+  add_air(range_.radars);
+  add_air(range_.angle_sensors);
 }
 
 Scorer::~Scorer() = default;
 
 ResultSink& Scorer::open_run(const std::string& label) { return runs_.emplace_back(*this, label); }
 
+void Scorer::know_outliers(std::set<MessageId> outliers, OutlierOrigin origin) {
+  outliers_ = std::move(outliers);
+  outlier_origin_ = origin;
+}
+
 Summary Scorer::summary() const {
   Summary summary;
   summary.phases = phases_;
-  if (runs_.empty()) return summary;
-  summary.trajectories = runs_.front().scores_by_method();
-  for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run)
-    summary.trajectories.push_back(run->primary_score());
-  for (const RadarConfig& radar : range_.radars) summary.radars.push_back(runs_.front().radar_score(radar.id));
-  for (const AntennaConfig& antenna : range_.antennas)
-    for (const PointingScore& score : runs_.front().pointing_scores(antenna.id)) summary.pointing.push_back(score);
+  summary.truth_known = static_cast<bool>(truth_);
+  summary.outliers = outlier_origin_;
   summary.method = first_method();
+  if (runs_.empty()) return summary;
+  const Run& own = runs_.front();
+  std::vector<TrajectoryScore>& rows = truth_ ? summary.trajectories : summary.against_gps;
+  rows = own.scores_by_method();
+  for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run) rows.push_back(run->primary_score());
+  for (const AntennaConfig& antenna : range_.antennas)
+    for (const PointingScore& score : own.pointing_scores(antenna.id)) summary.pointing.push_back(score);
   const auto add_sources = [&](const auto& entries, ObservationKind kind) {
     for (const auto& entry : entries) {
-      summary.sources.push_back(runs_.front().source_score(entry.id, kind));
+      summary.sources.push_back(own.source_score(entry.id, kind));
       if (kind == ObservationKind::Gps) continue;
-      if (const auto bias = runs_.front().last_bias(entry.id)) summary.biases.push_back(*bias);
+      if (truth_) summary.systematic.push_back(own.systematic_score(entry.id, kind));
+      if (const auto bias = own.last_bias(entry.id)) summary.biases.push_back(*bias);
     }
   };
   add_sources(range_.radars, ObservationKind::Radar);

@@ -9,3 +9,5 @@ target_compile_definitions(scenario_recorded_flights_test PRIVATE DOWNRANGE_SOUR
 # The binaries as a person uses them. Each takes a DDS domain of its own.
 downrange_script_test(live_flight_test live_flight_test.sh TIMEOUT 300 TARGETS downrange downranged
                       ARGS $<TARGET_FILE_DIR:downrange> $<TARGET_FILE_DIR:downranged> ${PROJECT_SOURCE_DIR} 171)
+downrange_script_test(report_test report_test.sh TIMEOUT 120 TARGETS downrange
+                      ARGS $<TARGET_FILE_DIR:downrange> ${PROJECT_SOURCE_DIR})

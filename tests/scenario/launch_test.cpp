@@ -22,8 +22,10 @@ score::Summary fly(std::uint64_t seed) {
   const sim::Simulation flight(scenario, seed);
   score::Scorer scorer(
       config.range, scenario.target, [&](Time t) { return flight.truth(t); }, scenario.liftoff, scenario.phases);
+  std::set<score::MessageId> planted;
   for (const auto& radar : flight.radars())
-    for (const std::uint64_t sequence : radar.outlier_sequences) scorer.mark_outlier(radar.sensor, sequence);
+    for (const std::uint64_t sequence : radar.outlier_sequences) planted.emplace(radar.sensor, sequence);
+  scorer.know_outliers(std::move(planted), score::OutlierOrigin::Planted);
   Engine engine(config.range, {}, scorer.open_run("fused"));
   for (const Event& event : flight.events()) engine.handle(engine.admit(event));
   return scorer.summary();
@@ -52,7 +54,7 @@ TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
     }
     // The covariance of the uncorrected fusion lies where the radars are precise.
     EXPECT_LT(uncorrected.phases.front().inside_95, 0.1);
-    for (const auto& radar : summary.radars) {
+    for (const auto& radar : summary.systematic) {
       EXPECT_LT(radar.after.range_m, 0.5 * radar.before.range_m) << radar.sensor.view();
       EXPECT_LT(radar.after.azimuth_rad, 0.5 * radar.before.azimuth_rad) << radar.sensor.view();
       EXPECT_LT(radar.after.elevation_rad, 0.5 * radar.before.elevation_rad) << radar.sensor.view();

@@ -91,15 +91,8 @@ TEST_P(RecordedFlightTest, OutliersAreThoseThatWerePlanted) {
   DOWNRANGE_NEEDS_FLIGHT(GetParam().flight);
   const fs::path folder = app::flights_folder("");
   const RecordedFlight flight = app::load_flight(folder, GetParam().flight);
-  const score::TruthTable truth(flight.truth);
   std::set<std::pair<std::string, std::uint64_t>> told;
-  for (const Event& event : flight.events) {
-    const auto* plot = std::get_if<RadarTspi>(&event);
-    if (plot == nullptr) continue;
-    const auto radar = std::ranges::find(flight.range.radars, plot->sensor, &RadarConfig::id);
-    ASSERT_NE(radar, flight.range.radars.end());
-    if (experiment::flights::is_outlier(*plot, *radar, truth)) told.emplace(plot->sensor.view(), plot->sequence);
-  }
+  for (const auto& [radar, sequence] : experiment::flights::outliers_of(flight)) told.emplace(radar.view(), sequence);
   EXPECT_FALSE(told.empty());
   EXPECT_EQ(told, planted(folder / GetParam().flight));
 }

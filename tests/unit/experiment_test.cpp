@@ -72,7 +72,7 @@ TEST(NumberText, KeepsTheDigitsAskedFor) {
   EXPECT_EQ(number_text(100, 3), "100");
   EXPECT_EQ(number_text(9.9999, 3), "10.0");
   EXPECT_EQ(number_text(0, 3), "0");
-  EXPECT_EQ(number_text(nan, 3), "nan");
+  EXPECT_EQ(number_text(nan, 3), "-");
 }
 
 TEST(ChosenMethods, AreThoseAskedForOrAnErrorThatNamesThem) {

@@ -94,6 +94,18 @@ SlavingCommand make_command(double t_s, double azimuth_error_rad, double elevati
   return command;
 }
 
+SourceHealth make_health(double t_s, std::uint64_t accepted, std::uint64_t gated, int nis_count, double share) {
+  SourceHealth health;
+  health.sensor = "goheung";
+  health.time = at(t_s);
+  health.count[static_cast<std::size_t>(Reason::Accepted)] = accepted;
+  health.count[static_cast<std::size_t>(Reason::Gated)] = gated;
+  health.nis_count = nis_count;
+  health.nis_inside_95 = share;
+  health.mismatch = nis_count == 1000 && share < 0.93;
+  return health;
+}
+
 Scorer make_scorer() {
   return {make_range(), "kslv", truth, liftoff, {{"first", 0, 50}, {"second", 50, 60}, {"empty", 200, 300}}};
 }
@@ -161,24 +173,24 @@ TEST(PositionScore, ACovarianceThatIsNoneCountsAsOutside) {
   EXPECT_EQ(scorer.summary().trajectories[0].phases[0].inside_95, 0);
 }
 
-TEST(RadarScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
+TEST(SystematicScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
   const Polar bias{30, 0.05 * deg, -0.02 * deg};
   std::uint64_t sequence = 0;
   double cos_squares = 0;
+  const SensorBias unknown = make_bias({{BiasTerm::OffsetRange, 0}});
+  const SensorBias found = make_bias(
+      {{BiasTerm::OffsetRange, 30}, {BiasTerm::OffsetAzimuth, 0.05 * deg}, {BiasTerm::OffsetElevation, -0.02 * deg}});
   // Noise that alternates vanishes in each mean. The bias becomes known at 50 s.
   for (int i = 0; i < 1000; ++i) {
-    if (i == 500)
-      run.emit(make_bias({{BiasTerm::OffsetRange, 30},
-                          {BiasTerm::OffsetAzimuth, 0.05 * deg},
-                          {BiasTerm::OffsetElevation, -0.02 * deg}}));
     const double noise = i % 2 == 0 ? 25 : -25;
     run.emit(make_plot(++sequence, i * 0.1, {bias.range_m + noise, bias.azimuth_rad, bias.elevation_rad}));
+    run.emit(i < 499 ? unknown : found);
     const double c = std::cos(make_plot(0, i * 0.1, {}).measured.elevation_rad);
     if (i < 600) cos_squares += c * c / 600;
   }
-  const RadarScore score = scorer.summary().radars.at(0);
+  const SystematicScore score = scorer.summary().systematic.at(0);
   EXPECT_EQ(score.plots, 600u);  // what comes after the phases is not scored
   EXPECT_NEAR(score.before.range_m, 30, 1e-6);
   EXPECT_NEAR(score.before.azimuth_rad, 0.05 * deg * std::sqrt(cos_squares), 1e-4 * deg);
@@ -187,34 +199,41 @@ TEST(RadarScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
   EXPECT_NEAR(score.after.elevation_rad, 0.02 * deg * std::sqrt(5.0 / 6), 1e-12);
 }
 
-TEST(RadarScore, TakesOutCartesianAndTimeTerms) {
+TEST(SystematicScore, TakesOutCartesianAndTimeTerms) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
-  run.emit(make_bias({{BiasTerm::TimeTag, 0.02}}));
-  for (std::uint64_t i = 1; i <= 90; ++i) run.emit(make_plot(i, static_cast<double>(i), {}, 0.02));
-  const RadarScore late_stamps = scorer.summary().radars.at(0);
+  const SensorBias late = make_bias({{BiasTerm::TimeTag, 0.02}});
+  run.emit(late);
+  for (std::uint64_t i = 1; i <= 90; ++i) {
+    run.emit(make_plot(i, static_cast<double>(i), {}, 0.02));
+    run.emit(late);
+  }
+  const SystematicScore late_stamps = scorer.summary().systematic.at(0);
   EXPECT_GT(late_stamps.before.range_m, 1);
   EXPECT_LT(late_stamps.after.range_m, 1e-6);
 
   Scorer cartesian_scorer = make_scorer();
   ResultSink& cartesian = cartesian_scorer.open_run("fused");
-  cartesian.emit(make_bias({{BiasTerm::OffsetSouth, 40}, {BiasTerm::OffsetEast, -30}, {BiasTerm::OffsetZenith, 20}}));
+  const SensorBias moved_site =
+      make_bias({{BiasTerm::OffsetSouth, 40}, {BiasTerm::OffsetEast, -30}, {BiasTerm::OffsetZenith, 20}});
+  cartesian.emit(moved_site);
   for (std::uint64_t i = 1; i <= 90; ++i) {
     Observation plot = make_plot(i, static_cast<double>(i), {});
     const Eigen::Vector3d moved = enu_from_polar(plot.measured).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
     plot.measured = polar_from_enu({moved});
     cartesian.emit(plot);
+    cartesian.emit(moved_site);
   }
-  const RadarScore moved = cartesian_scorer.summary().radars.at(0);
+  const SystematicScore moved = cartesian_scorer.summary().systematic.at(0);
   EXPECT_GT(moved.before.range_m, 10);
   EXPECT_LT(moved.after.range_m, 1e-6);
   EXPECT_LT(moved.after.azimuth_rad, 1e-12);
   EXPECT_LT(moved.after.elevation_rad, 1e-12);
 }
 
-TEST(RadarScore, LeavesOutRejectedPlotsOutliersAndOtherMethodsBiases) {
+TEST(SystematicScore, LeavesOutRejectedPlotsOutliersAndOtherMethodsBiases) {
   Scorer scorer = make_scorer();
-  scorer.mark_outlier("goheung", 2);
+  scorer.know_outliers({{"goheung", 2}}, OutlierOrigin::Truth);
   ResultSink& run = scorer.open_run("fused");
   SensorBias other = make_bias({{BiasTerm::OffsetRange, 1e5}});
   other.method = "joint";
@@ -227,11 +246,61 @@ TEST(RadarScore, LeavesOutRejectedPlotsOutliersAndOtherMethodsBiases) {
   Observation refused = make_plot(3, 3, {7000, 0, 0});
   refused.verdict = Reason::OutOfLimits;
   run.emit(refused);
-  const RadarScore score = scorer.summary().radars.at(0);
+  const SystematicScore score = scorer.summary().systematic.at(0);
   EXPECT_EQ(score.plots, 1u);
   EXPECT_EQ(score.rejected, 2u);
   EXPECT_NEAR(score.before.range_m, 10, 1e-6);
   EXPECT_NEAR(score.after.range_m, 10, 1e-6);
+}
+
+TEST(SystematicScore, LeavesOutWhatTheMethodRejected) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  const SensorBias taken = make_bias({{BiasTerm::OffsetRange, 0}});
+  run.emit(make_plot(1, 1, {10, 0, 0}));
+  run.emit(taken);
+  run.emit(make_plot(2, 2, {5000, 0, 0}));  // gated: no answer
+  run.emit(make_plot(3, 3, {10, 0, 0}));
+  run.emit(taken);
+  run.emit(make_plot(4, 4, {7000, 0, 0}));  // gated, and the last of the flight
+  SourceHealth health = make_health(5, 2, 2, 4, 1);
+  run.emit(health);
+  const Summary summary = scorer.summary();
+  EXPECT_EQ(summary.systematic.at(0).plots, 2u);
+  EXPECT_NEAR(summary.systematic.at(0).before.range_m, 10, 1e-6);
+  EXPECT_EQ(summary.systematic.at(0).rejected, 2u);
+  EXPECT_EQ(summary.sources.at(0).rejected(), 2u);
+  EXPECT_EQ(summary.sources.at(0).good, 4u);
+  EXPECT_EQ(summary.sources.at(0).good_rejected, 2u);
+}
+
+TEST(SystematicScore, OfATrackerIsOfItsAngles) {
+  RangeConfig range = make_range();
+  AngleSensorConfig tracker;
+  tracker.id = "optics";
+  tracker.site = range.radars[0].site;
+  range.angle_sensors = {tracker};
+  Scorer scorer(range, "kslv", truth, liftoff, {{"first", 0, 50}});
+  ResultSink& run = scorer.open_run("fused");
+  SensorBias bias = make_bias({{BiasTerm::OffsetAzimuth, 0}, {BiasTerm::OffsetElevation, -0.02 * deg}});
+  bias.sensor = "optics";
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    Observation direction = make_plot(i, static_cast<double>(i), {0, 0, -0.02 * deg});
+    direction.kind = ObservationKind::Angles;
+    direction.sensor = "optics";
+    direction.measured.range_m = 0;
+    run.emit(direction);
+    run.emit(bias);
+  }
+  const Summary summary = scorer.summary();
+  ASSERT_EQ(summary.systematic.size(), 2u);
+  const SystematicScore& score = summary.systematic[1];
+  EXPECT_EQ(score.sensor, Name("optics"));
+  EXPECT_EQ(score.plots, 20u);
+  EXPECT_EQ(score.before.range_m, 0);
+  EXPECT_NEAR(score.before.elevation_rad, 0.02 * deg, 1e-12);
+  // The bias is known from the second on: of three intervals, the first with nine, one has a ninth left.
+  EXPECT_NEAR(score.after.elevation_rad, 0.02 * deg / 9 / std::sqrt(3), 1e-12);
 }
 
 TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
@@ -262,18 +331,6 @@ TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
   EXPECT_NEAR(pointing[1].worst_age_s, 0.5, 1e-12);
 }
 
-SourceHealth make_health(double t_s, std::uint64_t accepted, std::uint64_t gated, int nis_count, double share) {
-  SourceHealth health;
-  health.sensor = "goheung";
-  health.time = at(t_s);
-  health.count[static_cast<std::size_t>(Reason::Accepted)] = accepted;
-  health.count[static_cast<std::size_t>(Reason::Gated)] = gated;
-  health.nis_count = nis_count;
-  health.nis_inside_95 = share;
-  health.mismatch = nis_count == 1000 && share < 0.93;
-  return health;
-}
-
 TEST(SourceScore, CountsWhatIngestAndTheMethodRejected) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
@@ -299,10 +356,11 @@ TEST(SourceScore, CountsWhatIngestAndTheMethodRejected) {
 TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
+  scorer.know_outliers({{"goheung", 1}, {"goheung", 2}, {"goheung", 3}, {"goheung", 4}, {"goheung", 6}, {"goheung", 7}},
+                       OutlierOrigin::Planted);
   std::uint64_t sequence = 0;
-  const auto send = [&](bool outlier, Reason verdict = Reason::Accepted) {
+  const auto send = [&](Reason verdict = Reason::Accepted) {
     ++sequence;
-    if (outlier) scorer.mark_outlier("goheung", sequence);
     Observation plot = make_plot(sequence, static_cast<double>(sequence), {});
     plot.verdict = verdict;
     plot.received = plot.epoch + milliseconds(40);
@@ -315,19 +373,21 @@ TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
     bias.received = received;
     run.emit(bias);
   };
-  answer(send(true), "song2015");               // taken
-  answer(send(true), "joint");                  // by another method: rejected by the first
-  send(true, Reason::OutOfLimits);              // by ingest
-  answer(send(true) - seconds(1), "song2015");  // an answer to something else
-  const Time good = send(false);
+  answer(send(), "song2015");               // taken
+  answer(send(), "joint");                  // by another method: rejected by the first
+  send(Reason::OutOfLimits);                // by ingest
+  answer(send() - seconds(1), "song2015");  // an answer to something else
+  const Time good = send();
   answer(good, "song2015");
   Trajectory of_outlier = make_trajectory(6, Eigen::Vector3d::Zero(), 1);
-  of_outlier.received = send(true);
+  of_outlier.received = send();
   run.emit(of_outlier);  // a method without biases answers with its track
-  send(true);            // the last one: nothing came after it
+  send();                // the last one: nothing came after it
   const SourceScore score = scorer.summary().sources.at(0);
   EXPECT_EQ(score.outliers, 6u);
   EXPECT_EQ(score.outliers_rejected, 4u);
+  EXPECT_EQ(score.good, 1u);
+  EXPECT_EQ(score.good_rejected, 0u);
 }
 
 TEST(SourceScore, TakesDisjointWindowsFromTheEnd) {
@@ -405,6 +465,7 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   run.emit(make_trajectory(1, Eigen::Vector3d(1234.5, 0, 0), 20));
   run.emit(make_trajectory(2, Eigen::Vector3d(12345678, 0, 0), 20));
   run.emit(make_plot(1, 1, {1e6, 2, 1}));
+  run.emit(make_bias({{BiasTerm::ScaleElevation, 12345.6}}));
   run.emit(make_command(1, 3, 0.1, 1e-3));
   Observation refused = make_plot(2, 2, {});
   for (std::size_t reason = 1; reason < reason_count; ++reason) {
@@ -412,7 +473,6 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
     run.emit(refused);
   }
   run.emit(make_health(3, 12345, 0, 1000, 0.9153));
-  run.emit(make_bias({{BiasTerm::ScaleElevation, 12345.6}}));
   ResultSink& alone = scorer.open_run("a radar with a very long name alone");
   alone.emit(make_trajectory(1, Eigen::Vector3d(3, 4, 0), 20));
   const std::string text = format_text(scorer.summary());
@@ -439,10 +499,113 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   EXPECT_EQ(json["sources"][0]["mismatch_s"], 1);
 }
 
+/// Neither text nor JSON says "nan" or "inf", and no line is longer than a screen.
+void expect_plain(const Summary& summary) {
+  const std::string text = format_text(summary);
+  const std::string json = format_json(summary);
+  for (const char* no_number : {"nan", "inf"}) {
+    EXPECT_EQ(text.find(no_number), std::string::npos) << text;
+    EXPECT_EQ(json.find(no_number), std::string::npos) << json;
+  }
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+}
+
 TEST(Report, OfNothingIsStillATable) {
   Scorer scorer = make_scorer();
   EXPECT_NE(format_text(scorer.summary()).find("Position error"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(format_json(scorer.summary()))["trajectories"].empty());
+  expect_plain(scorer.summary());
+  Scorer of_no_results = make_scorer();
+  static_cast<void>(of_no_results.open_run("fused"));
+  expect_plain(of_no_results.summary());
+  EXPECT_NE(format_text(of_no_results.summary()).find("Nothing to judge in first 0-50 s"), std::string::npos);
+  EXPECT_NE(format_text(of_no_results.summary()).find("Slaving: no command"), std::string::npos);
+}
+
+TEST(Report, OfASingleSampleSaysSo) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  run.emit(make_trajectory(1, Eigen::Vector3d(3, 4, 0), 20));
+  const std::string text = format_text(scorer.summary());
+  EXPECT_NE(text.find("A single sample in first 0-50 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("Nothing to judge in second 50-60 s"), std::string::npos) << text;
+  expect_plain(scorer.summary());
+}
+
+TEST(Report, WhatIsNotKnownIsADashAndNull) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  SlavingCommand held = make_command(1, 0, 0.3, 1e-3);
+  held.limits = LimitElevation;
+  run.emit(held);
+  SensorBias bias = make_bias({{BiasTerm::OffsetRange, 1}});
+  bias.covariance[0] = -1;  // none
+  run.emit(bias);
+  expect_plain(scorer.summary());
+  const auto json = nlohmann::json::parse(format_json(scorer.summary()));
+  EXPECT_TRUE(json["pointing"][0]["rms_rad"].is_null());
+  EXPECT_TRUE(json["radars"][0]["before"]["range_m"].is_null());
+  EXPECT_TRUE(json["trajectories"][0]["phases"][0]["rms_m"].is_null());
+  EXPECT_TRUE(json["biases"][0]["terms"][0]["sigma"].is_null());
+  EXPECT_TRUE(json["sources"][0]["outliers"].is_null());
+}
+
+TEST(Report, SaysPlantedOnlyWhereSomebodyPlanted) {
+  const auto text = [](OutlierOrigin origin) {
+    Scorer scorer = make_scorer();
+    scorer.know_outliers({{"goheung", 1}}, origin);
+    scorer.open_run("fused").emit(make_plot(1, 1, {}));
+    return format_text(scorer.summary());
+  };
+  EXPECT_NE(text(OutlierOrigin::Planted).find("planted"), std::string::npos);
+  for (const OutlierOrigin origin : {OutlierOrigin::None, OutlierOrigin::Truth})
+    EXPECT_EQ(text(origin).find("planted"), std::string::npos);
+}
+
+/// A flight of which nothing is known but what its sources say: GPS at 1 Hz, a track of each fix and one in between.
+TEST(Report, WithoutTruthHoldsTheFixesAgainstTheTrackBeforeEach) {
+  RangeConfig range = make_range();
+  range.telemetry = {{"tgs", {}}};
+  Scorer scorer(range, "kslv", {}, liftoff, {{"flight", 0, 50}});
+  ResultSink& run = scorer.open_run("fused");
+  for (int t = 1; t <= 20; ++t) {
+    Observation fix;
+    fix.kind = ObservationKind::Gps;
+    fix.sensor = "tgs";
+    fix.target = "kslv";
+    fix.epoch = at(t);
+    fix.position = truth(at(t))->position;
+    fix.sigma_horizontal_m = fix.sigma_vertical_m = 3;
+    run.emit(fix);
+    for (const double later : {0.0, 0.5}) {
+      Trajectory track = make_trajectory(t + later, Eigen::Vector3d(0, 0, later > 0 ? 6 : 0), 4);
+      Eigen::Vector3d::Map(track.state.data() + 3) = truth(at(t))->velocity.m_s;
+      run.emit(track);
+    }
+    run.emit(make_command(t, 0, 0, 1e-3));
+  }
+  const Summary summary = scorer.summary();
+  EXPECT_FALSE(summary.truth_known);
+  EXPECT_TRUE(summary.trajectories.empty());
+  EXPECT_TRUE(summary.systematic.empty());
+  const PositionScore& score = summary.against_gps.at(0).phases.at(0);
+  EXPECT_EQ(score.samples, 19u);  // nothing was known before the first
+  EXPECT_NEAR(score.rms_m, 6, 1e-6);
+  EXPECT_EQ(score.inside_95, 1);  // 6 m against sqrt(4^2 + 3^2)
+  ASSERT_EQ(summary.pointing.size(), 1u);
+  EXPECT_EQ(summary.pointing[0].commands, 20u);
+  EXPECT_EQ(summary.pointing[0].scored, 0u);
+  EXPECT_EQ(summary.sources.back().accepted(), 20u);
+  expect_plain(summary);
+  const std::string text = format_text(summary);
+  EXPECT_NE(text.find("No true trajectory is known"), std::string::npos);
+  EXPECT_NE(text.find("    6.0    6.0    6.0  100"), std::string::npos) << text;
+  const auto json = nlohmann::json::parse(format_json(summary));
+  EXPECT_EQ(json["truth"], false);
+  EXPECT_FALSE(json.contains("trajectories"));
+  EXPECT_NEAR(json["against_gps"][0]["phases"][0]["rms_m"].get<double>(), 6, 1e-6);
 }
 
 }  // namespace

@@ -27,9 +27,10 @@ TEST(TruthTable, IsExactForACubic) {
 }
 
 TEST(TruthTable, RefusesTimesThatDoNotIncrease) {
-  EXPECT_THROW(TruthTable({{Time{1}, {}}}), std::invalid_argument);
-  EXPECT_THROW(TruthTable({{Time{1}, {}}, {Time{1}, {}}}), std::invalid_argument);
-  EXPECT_THROW(TruthTable({{Time{2}, {}}, {Time{1}, {}}}), std::invalid_argument);
+  const TrueState rest{{Eigen::Vector3d::Zero()}, {Eigen::Vector3d::Zero()}};
+  EXPECT_THROW(TruthTable({{Time{1}, rest}}), std::invalid_argument);
+  EXPECT_THROW(TruthTable({{Time{1}, rest}, {Time{1}, rest}}), std::invalid_argument);
+  EXPECT_THROW(TruthTable({{Time{2}, rest}, {Time{1}, rest}}), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,14 +1,17 @@
 #include <algorithm>
 #include <archive/reader.hpp>
 #include <archive/replay.hpp>
-#include <cmath>
+#include <array>
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "calibration.hpp"
 #include "flight.hpp"
 #include "progress.hpp"
+#include "score/outliers.hpp"
 #include "score/scorer.hpp"
 #include "sim/scenario.hpp"
 
@@ -39,11 +42,12 @@ bool judge_end(const archive::Reader& reader, const std::string& path) {
 /// The truth of one flight, as a table.
 struct FlightTruth {
   Name target;  ///< the first that the archive has truth of
-  bool cut_off = false;
   score::TruthTable table;
 };
 
-FlightTruth read_truth(const std::string& path) {
+/// Of the archive named for it, else of the flight's own. Nothing where that holds none.
+std::optional<FlightTruth> read_truth(const Options& o, bool& cut_off) {
+  const std::string& path = o.truth.empty() ? o.flight : o.truth;
   archive::Reader reader(path);
   std::vector<score::TruthSample> samples;
   Name target;
@@ -54,52 +58,74 @@ FlightTruth read_truth(const std::string& path) {
     if (truth->target == target)
       samples.push_back({.time = truth->epoch, .state = {.position = truth->position, .velocity = truth->velocity}});
   }
-  const bool cut_off = judge_end(reader, path);
-  if (samples.size() < 2) throw std::runtime_error(path + " holds no true trajectory: name one with --truth");
-  return {.target = target, .cut_off = cut_off, .table = score::TruthTable(std::move(samples))};
+  if (!o.truth.empty()) cut_off = judge_end(reader, path) || cut_off;
+  if (samples.size() == 1)
+    std::cerr << "downrange: " << path << " holds a single true sample, which is no trajectory: judged without truth\n";
+  if (samples.size() < 2) return std::nullopt;
+  return FlightTruth{.target = target, .table = score::TruthTable(std::move(samples))};
 }
 
-/// Plots that no noise explains: further than this many sigma from the median of their 10 s. A slow bias is no outlier.
-constexpr double outlier_sigmas = 10;
-constexpr double outlier_bin_s = 10;
-
-/// Marks the outliers among a flight's plots by the truth, so that systematic errors are those of the good plots.
-void mark_outliers(const std::string& flight, const RangeConfig& range, const score::TruthTable& truth,
-                   score::Scorer& scorer) {
-  struct Plot {
-    std::uint64_t sequence;
-    std::array<double, 3> sigmas;  ///< error of range, azimuth, elevation over its 1-sigma
+/// What the flight's archive tells before anything is judged.
+struct Flight {
+  struct Span {
+    Time first;
+    Time last;
   };
-  std::map<std::pair<Name, std::int64_t>, std::vector<Plot>> bins;
-  archive::Reader reader(flight);
+  std::optional<Time> liftoff;
+  std::map<Name, Span> accepted;  ///< epochs of what ingest took, by target
+  Name first_target;              ///< of the first of these
+  std::set<Name> heard;           ///< sources of these
+  std::array<std::uint64_t, reason_count> count{};
+  bool has_results = false;
+
+  void add(const Observation& o) {
+    ++count[static_cast<std::size_t>(o.verdict)];
+    if (o.verdict != Reason::Accepted) return;
+    if (accepted.empty()) first_target = o.target;
+    heard.insert(o.sensor);
+    Span& span = accepted.try_emplace(o.target, Span{o.epoch, o.epoch}).first->second;
+    span.first = std::min(span.first, o.epoch);
+    span.last = std::max(span.last, o.epoch);
+  }
+};
+
+/// Results beside observations, which a centre has as inputs.
+bool is_result(const archive::Record& record) {
+  return std::holds_alternative<Trajectory>(record) || std::holds_alternative<SensorBias>(record) ||
+         std::holds_alternative<SlavingCommand>(record) || std::holds_alternative<SourceHealth>(record);
+}
+
+/// `outliers` gets the plots.
+Flight survey(const std::string& path, score::OutlierFinder* outliers) {
+  Flight flight;
+  archive::Reader reader(path);
   while (const auto entry = reader.next()) {
-    const auto* p = std::get_if<RadarTspi>(&entry->record);
-    if (p == nullptr) continue;
-    const auto radar =
-        std::find_if(range.radars.begin(), range.radars.end(), [&](const auto& r) { return r.id == p->sensor; });
-    const auto state = truth.at(p->epoch);
-    if (radar == range.radars.end() || !state) continue;
-    const Polar q = polar_from_enu(radar->site.enu_of(state->position));
-    const std::array<double, 3> sigmas{
-        (p->measured.range_m - q.range_m) / radar->sigma.range_m,
-        wrap_pi(p->measured.azimuth_rad - q.azimuth_rad) * std::cos(q.elevation_rad) / radar->sigma.azimuth_rad,
-        (p->measured.elevation_rad - q.elevation_rad) / radar->sigma.elevation_rad};
-    bins[{p->sensor, p->epoch.ns / static_cast<std::int64_t>(outlier_bin_s * 1e9)}].push_back({p->sequence, sigmas});
-  }
-  for (auto& [key, plots] : bins) {
-    std::array<double, 3> median{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      auto middle = plots.begin() + static_cast<std::ptrdiff_t>(plots.size() / 2);
-      std::nth_element(plots.begin(), middle, plots.end(),
-                       [k](const Plot& a, const Plot& b) { return a.sigmas[k] < b.sigmas[k]; });
-      median[k] = middle->sigmas[k];
+    if (const auto* m = std::get_if<MissionEvent>(&entry->record); m != nullptr && m->kind == MissionEventKind::Liftoff)
+      flight.liftoff = m->epoch;
+    if (const auto* o = std::get_if<Observation>(&entry->record)) {
+      flight.add(*o);
+      if (outliers != nullptr && o->kind != ObservationKind::Gps)
+        outliers->add(o->sensor, o->sequence, o->epoch, o->measured);
     }
-    for (const Plot& plot : plots) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (!(std::abs(plot.sigmas[k] - median[k]) <= outlier_sigmas)) scorer.mark_outlier(key.first, plot.sequence);
-      }
-    }
+    flight.has_results = flight.has_results || is_result(entry->record);
   }
+  return flight;
+}
+
+/// "unknown_source 20, too_late 3"
+std::string reasons(const Flight& flight) {
+  std::string text;
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    const auto reason = static_cast<Reason>(i);
+    if (reason == Reason::Accepted || flight.count[i] == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(to_string(reason)) + ' ' + std::to_string(flight.count[i]);
+  }
+  return text.empty() ? "there was none" : "rejected: " + text;
+}
+
+/// The flight as a whole, from its first accepted measurement to its last, of whatever kind.
+score::Phase whole(const Flight::Span& span, Time liftoff) {
+  return {"flight", (span.first - liftoff).seconds() - 1, (span.last - liftoff).seconds() + 1};
 }
 
 /// The same events through the same engine, one radar by itself and no bias estimation.
@@ -111,13 +137,6 @@ void replay_alone(const std::string& flight, RangeConfig range, const StageSet& 
   archive::EventSource source(flight);
   replay_in_process(source, range, stages, sink, [](const Event&) {});
 }
-
-/// Events of the flight that the report needs beside the results.
-struct Marks {
-  std::optional<Time> liftoff;
-  std::optional<Time> first;
-  Time last{};
-};
 
 void print_service_status(const std::string& received) {
   archive::RawReader reader(received);
@@ -133,53 +152,15 @@ void print_service_status(const std::string& received) {
             << " results out, " << text("dropped") << " dropped, " << text("write_failures") << " failed writes.\n";
 }
 
-int report(const Options& o) {
-  o.files.check({o.json, o.calibration}, {o.flight, o.truth, o.received, o.config, o.scenario});
-  config::ServiceConfig config;
-  if (!o.config.empty()) {
-    config = config::load(o.config);
-  } else {
-    const auto attached = archive::read_attachment(o.flight, "config.toml");
-    if (!attached) throw std::runtime_error(o.flight + " carries no configuration: give one with --config");
-    config = config::load_text(*attached, o.flight + ":config.toml");
-  }
-  if (!o.calibration.empty()) return write_calibration(o.flight, o.method, o.calibration, config);
-  const FlightTruth known = read_truth(o.truth.empty() ? o.flight : o.truth);
-  const score::TruthTable& truth = known.table;
+config::ServiceConfig configuration_of(const Options& o) {
+  if (!o.config.empty()) return config::load(o.config);
+  const auto attached = archive::read_attachment(o.flight, "config.toml");
+  if (!attached) throw std::runtime_error(o.flight + " carries no configuration: give one with --config");
+  return config::load_text(*attached, o.flight + ":config.toml");
+}
 
-  Marks marks;
-  bool has_results = false;
-  bool cut_off = known.cut_off;
-  {
-    archive::Reader reader(o.flight);
-    while (const auto entry = reader.next()) {
-      if (const auto* m = std::get_if<MissionEvent>(&entry->record);
-          m != nullptr && m->kind == MissionEventKind::Liftoff)
-        marks.liftoff = m->epoch;
-      const auto* plot = std::get_if<RadarTspi>(&entry->record);
-      if (plot != nullptr) {
-        if (!marks.first) marks.first = plot->epoch;
-        marks.last = std::max(marks.last, plot->epoch);
-      }
-      has_results = has_results || std::holds_alternative<Trajectory>(entry->record);
-    }
-    if (!o.truth.empty()) cut_off = judge_end(reader, o.flight) || cut_off;
-  }
-  if (!marks.first) throw std::runtime_error(o.flight + " holds no radar plots");
-  if (!has_results)
-    throw std::runtime_error(o.flight + " holds no trajectory: run downrange replay " + o.flight + " --out FILE first");
-  const Time liftoff = marks.liftoff.value_or(*marks.first);
-  std::vector<score::Phase> phases;
-  if (!o.scenario.empty()) phases = sim::load_scenario(o.scenario, config.range).phases;
-  if (phases.empty())
-    phases.push_back({"flight", (*marks.first - liftoff).seconds() - 1, (marks.last - liftoff).seconds() + 1});
-
-  score::Scorer scorer(
-      config.range, known.target, [&](Time t) { return truth.at(t); }, liftoff, phases);
-  mark_outliers(o.flight, config.range, truth, scorer);
-
-  Progress progress("scoring");
-  ResultSink& flown = scorer.open_run("fused");
+/// The archive's results, and the commands that a consumer recorded instead of those sent, into the scorer.
+void score_results(const Options& o, ResultSink& sink, Progress& progress, bool& cut_off) {
   const bool commands_from_consumer = !o.received.empty();
   archive::Reader results(o.flight);
   while (const auto entry = results.next()) {
@@ -187,32 +168,73 @@ int report(const Options& o) {
     std::visit(
         [&](const auto& r) {
           if constexpr (std::is_constructible_v<Result, decltype(r)>) {
-            // Where a consumer recorded what it received, its commands are what counts.
             if (commands_from_consumer && std::is_same_v<std::decay_t<decltype(r)>, SlavingCommand>) return;
-            flown.emit(Result(r));
+            sink.emit(Result(r));
           }
         },
         entry->record);
   }
-  if (commands_from_consumer) {
-    archive::Reader reader(o.received);
-    while (const auto entry = reader.next()) {
-      if (const auto* c = std::get_if<SlavingCommand>(&entry->record)) flown.emit(Result(*c));
-    }
-    cut_off = judge_end(reader, o.received) || cut_off;
+  cut_off = judge_end(results, o.flight) || cut_off;
+  if (!commands_from_consumer) return;
+  archive::Reader reader(o.received);
+  while (const auto entry = reader.next()) {
+    if (const auto* c = std::get_if<SlavingCommand>(&entry->record)) sink.emit(Result(*c));
   }
-  for (std::size_t i = 0; i < config.range.radars.size(); ++i) {
-    const Name& radar = config.range.radars[i].id;
-    progress.show(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(config.range.radars.size()));
-    replay_alone(o.flight, config.range, config.node.stages, radar,
-                 scorer.open_run(std::string(radar.view()) + " alone"));
+  cut_off = judge_end(reader, o.received) || cut_off;
+}
+
+/// Every radar that was heard, by itself.
+void score_radars_alone(const Options& o, const config::ServiceConfig& config, const std::set<Name>& heard,
+                        score::Scorer& scorer, Progress& progress) {
+  std::vector<Name> radars;
+  for (const RadarConfig& radar : config.range.radars)
+    if (heard.contains(radar.id)) radars.push_back(radar.id);
+  for (std::size_t i = 0; i < radars.size(); ++i) {
+    progress.show(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(radars.size()));
+    replay_alone(o.flight, config.range, config.node.stages, radars[i],
+                 scorer.open_run(std::string(radars[i].view()) + " alone"));
   }
+}
+
+int report(const Options& o) {
+  o.files.check({o.json, o.calibration}, {o.flight, o.truth, o.received, o.config, o.scenario});
+  const config::ServiceConfig config = configuration_of(o);
+  if (!o.calibration.empty()) return write_calibration(o.flight, o.method, o.calibration, config);
+
+  bool cut_off = false;
+  const std::optional<FlightTruth> known = read_truth(o, cut_off);
+  if (!known && !o.truth.empty()) throw std::runtime_error(o.truth + " holds no true trajectory");
+  score::TruthFunction truth;
+  if (known) truth = [&table = known->table](Time t) { return table.at(t); };
+  std::optional<score::OutlierFinder> outliers;
+  if (known) outliers.emplace(config.range, truth);
+
+  const Flight flight = survey(o.flight, outliers ? &*outliers : nullptr);
+  if (!flight.has_results)
+    throw std::runtime_error(o.flight + " holds no results: run downrange replay " + o.flight + " --out FILE first");
+  const Name target = known ? known->target : flight.first_target;
+  const auto span = flight.accepted.find(target);
+  if (span == flight.accepted.end())
+    throw std::runtime_error(o.flight + " holds no accepted measurement" +
+                             (target.empty() ? "" : " of " + std::string(target.view())) +
+                             ", so there is nothing to judge; " + reasons(flight));
+  const Time liftoff = flight.liftoff.value_or(span->second.first);
+  std::vector<score::Phase> phases;
+  if (!o.scenario.empty()) phases = sim::load_scenario(o.scenario, config.range).phases;
+  if (phases.empty()) phases.push_back(whole(span->second, liftoff));
+
+  score::Scorer scorer(config.range, target, truth, liftoff, phases);
+  if (outliers) scorer.know_outliers(outliers->outliers(), score::OutlierOrigin::Truth);
+  Progress progress("scoring");
+  score_results(o, scorer.open_run("fused"), progress, cut_off);
+  score_radars_alone(o, config, flight.heard, scorer, progress);
   progress.show(1);
   progress.done();
 
   const score::Summary summary = scorer.summary();
+  if (!flight.liftoff) std::cout << "No lift-off is recorded: times count from the first accepted measurement.\n\n";
   std::cout << score::format_text(summary);
-  if (commands_from_consumer) print_service_status(o.received);
+  if (!o.received.empty()) print_service_status(o.received);
   if (!o.json.empty()) {
     std::ofstream out(o.json);
     out << score::format_json(summary) << '\n';
@@ -225,10 +247,11 @@ int report(const Options& o) {
 
 void add_report(CLI::App& app, Run& run) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("report", "Judge a flight against its truth: position, bias, pointing");
+  CLI::App* command = app.add_subcommand(
+      "report", "Judge a flight: position, bias, pointing against its truth, and what its sources say of each other");
   command->add_option("FLIGHT", o->flight, "Archive with events and results, of downranged or of replay --out")
       ->required();
-  command->add_option("--truth", o->truth, "Archive with the true trajectory (default: FLIGHT itself)");
+  command->add_option("--truth", o->truth, "Archive with the true trajectory (default: FLIGHT itself, if it has one)");
   command->add_option("--received", o->received,
                       "What a slaving consumer received (watch --record): its commands are judged");
   command->add_option("--config", o->config, "Configuration (default: the one in FLIGHT)");
@@ -236,15 +259,18 @@ void add_report(CLI::App& app, Run& run) {
                       "Scenario whose phases the flight is judged by (default: the flight as a whole)");
   command->add_option("--json", o->json, "Write the numbers to this file as well");
   CLI::Option* calibration = command->add_option(
-      "--calibration", o->calibration,
-      "Write the biases found to this file instead, for the radars' key calibration; needs no truth");
+      "--calibration", o->calibration, "Write the biases found to this file instead, for the sensors' key calibration");
   command->add_option("--method", o->method, "Whose biases (default: the method that slaving followed)")
       ->needs(calibration)
       ->check(CLI::IsMember(method_names()));
   o->files.add_to(*command);
   command->footer(
       "Beside the fused track: the fusion without bias correction (where it ran) and every radar alone, replayed here\n"
-      "from the same messages. Plots further than 10 sigma from the median of their 10 s are outliers and not scored.\n"
+      "from the same messages. The flight begins with its first accepted measurement. Plots further than 10 sigma "
+      "from\n"
+      "the median of their 10 s are outliers and not scored. Without truth, fixes are held against the track just "
+      "before\n"
+      "each, and accounts, consistency and biases of the sources are told.\n"
       "Exit code 3: an archive read is cut off, and the report is of what is there.");
   command->callback([o, &run] { run = [o] { return report(*o); }; });
 }

@@ -1,0 +1,84 @@
+#pragma once
+/// What an error is: one definition of each, for the report, the experiments and their tests.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
+#include <downrange/est/gaussian.hpp>
+#include <downrange/geo/polar.hpp>
+#include <downrange/geo/refraction.hpp>
+#include <downrange/stage/result.hpp>
+#include <vector>
+
+namespace downrange::score {
+
+/// Sum of squares; of a bound, of expected squares.
+struct Squares {
+  double sum = 0;
+  long count = 0;
+
+  void add(double square) {
+    sum += square;
+    ++count;
+  }
+  Squares& operator+=(const Squares& other) {
+    sum += other.sum;
+    count += other.count;
+    return *this;
+  }
+  /// NaN where nothing was added.
+  [[nodiscard]] double rms() const { return std::sqrt(sum / static_cast<double>(count)); }
+};
+
+/// How many of how many.
+struct Share {
+  long inside = 0;
+  long count = 0;
+
+  void add(bool is_inside) {
+    inside += is_inside ? 1 : 0;
+    ++count;
+  }
+  Share& operator+=(const Share& other) {
+    inside += other.inside;
+    count += other.count;
+    return *this;
+  }
+  /// NaN of nothing.
+  [[nodiscard]] double value() const { return static_cast<double>(inside) / static_cast<double>(count); }
+};
+
+/// Magnitudes of errors, summed up. Of none, all are zero and say nothing.
+struct Spread {
+  std::size_t count = 0;
+  double rms = 0;
+  double p95 = 0;  ///< smallest error that 95 % of them do not exceed
+  double worst = 0;
+};
+[[nodiscard]] Spread spread_of(std::vector<double> errors);
+
+/// Whether a normalised square (NIS, NEES) is inside the 95 % region of chi2(dof); NaN is not.
+[[nodiscard]] bool inside_95(double square, int dof);
+
+/// Covariance of a trajectory record's state.
+[[nodiscard]] Eigen::MatrixXd covariance_of(const Trajectory& trajectory);
+
+/// Position of a trajectory record, carried on at its velocity (and acceleration, where it has one) to `epoch`.
+[[nodiscard]] Gaussian<3> position_at(const Trajectory& trajectory, Time epoch);
+
+/// measured - true of a plot; azimuth on the sky: times the cosine of the true elevation.
+[[nodiscard]] Eigen::Vector3d plot_error(const Polar& measured, const Polar& truth);
+
+/// The bias's time tag; 0 where it has none.
+[[nodiscard]] double time_tag_of(const SensorBias& bias);
+
+/// A plot with the bias taken out, and then the refraction of `air` where the radar's is modelled (null: it is not).
+[[nodiscard]] Polar corrected(const Polar& measured, const SensorBias& bias, const RefractionTable* air);
+
+/// Angle between where a command points and where the target is.
+[[nodiscard]] double pointing_error(const SlavingCommand& command, const Polar& look);
+
+/// How many of a command's two axes are within 2 sigma of the target.
+[[nodiscard]] int axes_within_2_sigma(const SlavingCommand& command, const Polar& look);
+
+}  // namespace downrange::score

@@ -1,0 +1,121 @@
+#pragma once
+/// What a flight was judged to be worth, as numbers, as text and as JSON.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <downrange/stage/result.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "score/phase.hpp"
+
+namespace downrange::score {
+
+/// Position errors of one run and method within one phase: |estimate - truth|, or |fix - track just before it|. All
+/// zero when there was none.
+struct PositionScore {
+  std::size_t samples = 0;
+  double rms_m = 0;
+  double p95_m = 0;  ///< smallest error that 95 % of the samples do not exceed
+  double worst_m = 0;
+  double inside_95 = 0;  ///< share of errors inside the 95 % ellipsoid: the track's, or track's and fix's together
+};
+
+struct TrajectoryScore {
+  std::string label;                  ///< "fused (song2015)", "goheung alone"
+  std::vector<PositionScore> phases;  ///< one per phase of the summary
+};
+
+/// Rms of the 10 s means of measured - true.
+struct SystematicError {
+  double range_m = 0;      ///< 0 of an angles-only tracker
+  double azimuth_rad = 0;  ///< times cos elevation: on the sky
+  double elevation_rad = 0;
+};
+
+/// Systematic error of one radar or angles-only tracker within the phases.
+struct SystematicScore {
+  Name sensor;
+  ObservationKind kind = ObservationKind::Radar;
+  std::size_t plots = 0;       ///< that the errors are of: within a phase, neither rejected nor an outlier
+  std::uint64_t rejected = 0;  ///< as the source's account has it, in the whole flight
+  SystematicError before;      ///< as measured
+  SystematicError after;       ///< with the bias known when the plot arrived, and refraction, taken out
+};
+
+/// Angle between the commanded and the true direction at the instant of application.
+struct PointingScore {
+  Name antenna;
+  SlavingSource source = SlavingSource::Fused;
+  std::size_t commands = 0;
+  std::size_t held = 0;    ///< of these, held at the end of the antenna's travel: counted, not scored
+  std::size_t scored = 0;  ///< of these, those that the angles are of: neither held nor without truth
+  double rms_rad = 0;
+  double p95_rad = 0;
+  double worst_rad = 0;
+  double inside_2_sigma = 0;  ///< share of azimuth and elevation errors within 2 sigma (right: 0.954)
+  double mean_age_s = 0;
+  double worst_age_s = 0;
+};
+
+/// Who says which messages are outliers.
+enum class OutlierOrigin : std::uint8_t {
+  None,     ///< nobody
+  Truth,    ///< the truth (OutlierFinder)
+  Planted,  ///< who planted them
+};
+
+/// What became of one source's messages in the whole flight, whatever their target, and how they fit the first method.
+struct SourceScore {
+  Name sensor;
+  ObservationKind kind = ObservationKind::Radar;
+  /// By Reason: ingest's, and of the newest health record the method's. [Accepted] stood after both.
+  std::array<std::uint64_t, reason_count> count{};
+  std::size_t outliers = 0;  ///< delivered
+  std::size_t good = 0;      ///< plots that are no outliers, delivered
+  /// Of these, by ingest or, when they arrived, by the method. None: not told, for the first method told no bias of the
+  /// source.
+  std::optional<std::size_t> outliers_rejected = 0;
+  std::optional<std::size_t> good_rejected = 0;
+  /// NIS inside their 95 % region: of as many disjoint windows of health records as the flight holds. Between two of
+  /// them up to a second's messages are left out, and nothing is counted twice.
+  std::uint64_t nis_count = 0;
+  double nis_inside_95 = 0;                     ///< share of these
+  std::optional<double> least_nis_inside_95{};  ///< of a full window of the mismatch alarm; none: none was filled
+  int mismatch_s = 0;                           ///< how long the alarm rang
+
+  [[nodiscard]] std::uint64_t accepted() const { return count[static_cast<std::size_t>(Reason::Accepted)]; }
+  /// The one meaning of "rejected": by ingest, by the method's gate, or as frozen.
+  [[nodiscard]] std::uint64_t rejected() const;
+};
+
+struct Summary {
+  std::vector<Phase> phases;
+  bool truth_known = false;
+  std::vector<TrajectoryScore> trajectories;  ///< against the truth, as open_run says; none where it is not known
+  std::vector<TrajectoryScore> against_gps;   ///< against the fixes instead, likewise
+  std::vector<SystematicScore> systematic;    ///< of the first run: radars, trackers, in the range's order
+  std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
+  Name method;                                ///< whose the rest is: the range's first
+  OutlierOrigin outliers = OutlierOrigin::None;
+  std::vector<SourceScore> sources;  ///< of the first run: radars, trackers, stations, in the range's order
+  std::vector<SensorBias> biases;    ///< the last of the first run; radars, trackers, in the range's order
+};
+
+/// "radar", "angles", "gps".
+[[nodiscard]] std::string_view name_of(ObservationKind kind);
+/// "fused", "single sensor" ...
+[[nodiscard]] std::string_view name_of(SlavingSource source);
+/// 1-sigma of a bias's i-th term.
+[[nodiscard]] double sigma_of(const SensorBias& bias, int i);
+
+/// Plain text tables of at most 100 columns for a range engineer. "-" where there is no number.
+[[nodiscard]] std::string format_text(const Summary& summary);
+
+/// The same numbers, SI and radians. null where there is no number.
+[[nodiscard]] std::string format_json(const Summary& summary);
+
+}  // namespace downrange::score
