@@ -1,2 +1,5 @@
 downrange_test(archive_fault_test ${CMAKE_CURRENT_LIST_DIR}/archive_fault_test.cpp LIBS downrange_archive)
-target_include_directories(archive_fault_test PRIVATE ${CMAKE_CURRENT_LIST_DIR}/../unit)
+downrange_test(import_fault_test ${CMAKE_CURRENT_LIST_DIR}/import_fault_test.cpp LIBS downrange_archive)
+foreach(test archive_fault_test import_fault_test)
+  target_include_directories(${test} PRIVATE ${CMAKE_CURRENT_LIST_DIR}/../unit)
+endforeach()

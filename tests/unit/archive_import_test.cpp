@@ -1,13 +1,11 @@
 // The CSV importer: what a mapping says is what arrives, and nothing that is wrong goes by in silence.
 
-#include <archive/import_csv.hpp>
-#include <archive/replay.hpp>
 #include <cstdlib>
 #include <downrange/geo/site.hpp>
 #include <numbers>
 #include <source_dir.hpp>
 
-#include "archive_testing.hpp"
+#include "archive_import_testing.hpp"
 
 namespace downrange::archive {
 namespace {
@@ -27,55 +25,6 @@ az_deg = {field = "azimuth", unit = "deg"}
 el_deg = {field = "elevation", unit = "deg", scale = -1}
 outlier = "ignore"
 )";
-
-class ArchiveImport : public testing::Test {
- protected:
-  ImportReport import(const std::string& mapping) {
-    write_text(folder_ / "import.toml", mapping);
-    ImportOptions options;
-    options.writer.overwrite = true;
-    options.progress = [this](double fraction) {
-      EXPECT_GE(fraction, progress_);
-      EXPECT_LE(fraction, 1.0);
-      progress_ = fraction;
-    };
-    progress_ = 0;
-    ImportReport report = import_csv(folder_ / "import.toml", folder_ / "out.mcap", options);
-    EXPECT_EQ(progress_, 1.0);
-    return report;
-  }
-  std::vector<Event> events() {
-    EventSource source(folder_ / "out.mcap");
-    std::vector<Event> all;
-    while (auto event = source.next()) all.push_back(*event);
-    return all;
-  }
-  std::vector<RadarTspi> radars() {
-    std::vector<RadarTspi> all;
-    for (const Event& event : events()) {
-      if (const auto* radar = std::get_if<RadarTspi>(&event)) all.push_back(*radar);
-    }
-    return all;
-  }
-  /// What an import of this mapping is refused with.
-  std::string refusal(const std::string& mapping) {
-    try {
-      static_cast<void>(import(mapping));
-    } catch (const ImportError& error) {
-      return error.what();
-    }
-    return "";
-  }
-
-  TemporaryFolder folder_;
-  double progress_ = 0;
-};
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 TEST_F(ArchiveImport, ColumnsBecomeFieldsInTheirUnits) {
   write_text(folder_ / "radar.csv",
@@ -313,6 +262,21 @@ TEST_F(ArchiveImport, AnglesHaveNoRange) {
             std::string::npos);
   EXPECT_NE(refusal(replaced(angles_mapping, "sensor = ", "station = ")).find("file[0].sensor: missing"),
             std::string::npos);
+}
+
+TEST(ImportMapping, TheExampleAndTheReferenceAreRight) {
+  const ImportMapping mapping = load_mapping(DOWNRANGE_SOURCE_DIR "/tools/imports/example.toml");
+  ASSERT_EQ(mapping.files.size(), 3u);
+  EXPECT_EQ(mapping.leap_seconds, 18);
+  EXPECT_EQ(mapping.files[0].decimal, DecimalMark::Comma);
+  EXPECT_EQ(mapping.files[0].sort, true);
+  EXPECT_EQ(mapping.files[1].delimiter, blanks);
+  EXPECT_FALSE(mapping.files[1].header);
+  EXPECT_EQ(mapping.files[2].scale, TimeScale::Gps);
+  EXPECT_EQ(mapping.files[2].wrap, Duration{604'800'000'000'000});
+  const std::string reference = mapping_reference();
+  for (const FieldInfo& field : all_fields()) EXPECT_NE(reference.find(field.name), std::string::npos) << field.name;
+  for (const UnitInfo& unit : all_units()) EXPECT_NE(reference.find(unit.name), std::string::npos) << unit.name;
 }
 
 TEST_F(ArchiveImport, ACsvThatDoesNotFitIsRefused) {

@@ -257,8 +257,8 @@ class FileImport {
     std::string why;
     for (const Defects* defects : {&report_.malformed, &report_.not_finite}) {
       if (defects->count == 0) continue;
-      why += (why.empty() ? "" : "; ") + std::to_string(defects->count) + " rows, the first on line " +
-             std::to_string(defects->first.front().line) + ": " + defects->first.front().what;
+      why += (why.empty() ? "" : "; ") + std::to_string(defects->count) + (defects->count == 1 ? " row" : " rows") +
+             ", the first on line " + std::to_string(defects->first.front().line) + ": " + defects->first.front().what;
     }
     return "none of its " + std::to_string(report_.rows) + " rows can be imported: " + why +
            " (columns: " + text::printable(columns, false, 300) + ")";

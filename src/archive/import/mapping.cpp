@@ -273,7 +273,9 @@ void check_times(MappingSection& section, const FileMapping& file) {
     return is_time(c) && !c.text && c.since.value_or(Since::Liftoff) == Since::Liftoff;
   };
   if (file.scale != TimeScale::Utc && std::any_of(file.columns.begin(), file.columns.end(), from_liftoff)) {
-    section.fail("time_scale", "has no meaning for seconds since lift-off, which are the same on every scale");
+    section.fail(
+        "time_scale",
+        "has no meaning for seconds since lift-off, which are the same on every scale (dates have unit = \"text\")");
   }
 }
 
