@@ -119,7 +119,21 @@ std::string show_number(double value) {
   return text.data();
 }
 
-std::string show_text(std::string_view text) { return '"' + std::string(text) + '"'; }
+std::string show_text(std::string_view text) {
+  std::string shown = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      shown += std::string("\\") + c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
+      std::array<char, 8> escape{};
+      std::snprintf(escape.data(), escape.size(), "\\u%04X", static_cast<unsigned>(c));
+      shown += escape.data();
+    } else {
+      shown += c;
+    }
+  }
+  return shown + '"';
+}
 
 std::string show_texts(const std::vector<std::string>& texts) { return '[' + quoted_list(texts, ", ") + ']'; }
 

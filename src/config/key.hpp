@@ -100,6 +100,7 @@ struct Unit {
 [[nodiscard]] std::string allowed_integer(Limits limits);
 [[nodiscard]] std::string allowed_choice(const std::vector<std::string_view>& choices);
 [[nodiscard]] std::string show_number(double value);
+/// As a TOML string, whatever is in it.
 [[nodiscard]] std::string show_text(std::string_view text);
 [[nodiscard]] std::string show_texts(const std::vector<std::string>& texts);
 [[nodiscard]] std::string show_ids(const std::vector<Name>& ids);

@@ -147,6 +147,13 @@ y = {field = "y", unit = "m"}
 z = {field = "z", unit = "m"}
 MAPPING
 printf 'time,x,y,z\n0,6378137,0,0\n' > "$work/gps.csv"
+expect 0 "wrap_s" "$downrange" import --keys
+expect 2 "MAPPING" "$downrange" import
+expect 2 "--out" "$downrange" import "$work/mapping.toml"
+printf 'time,x,y,z\n0,?,0,0\n' > "$work/none.csv"
+sed 's/gps.csv/none.csv/' "$work/mapping.toml" > "$work/none.toml"
+expect 1 "none of its 1 rows can be imported" "$downrange" import "$work/none.toml" --out "$work/none.mcap"
+expect 1 "line 2: x: '?' is no value (columns: time, x, y, z)" "$downrange" import "$work/none.toml" --out "$work/none.mcap"
 expect 1 "$written_over" "$downrange" import "$work/mapping.toml" --out "$work/good.mcap"
 expect 1 "is read as well" "$downrange" import "$work/mapping.toml" --out "$work/gps.csv" --force
 expect 0 "1 of 1 rows" "$downrange" import "$work/mapping.toml" --out "$work/imported.mcap"

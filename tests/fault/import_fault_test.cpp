@@ -96,17 +96,17 @@ TEST_F(ImportFault, ASpoiltTableIsImportedOrRefused) {
   std::mt19937_64 random(seed);
   try_import(good_mapping, good_table());
   ASSERT_EQ(imported_, 1);
-  for (int i = 0; i < 1500; ++i) try_import(good_mapping, spoilt(good_table(), random));
-  EXPECT_GT(imported_, 100);
-  EXPECT_GT(refused_, 20);
+  for (int i = 0; i < 400; ++i) try_import(good_mapping, spoilt(good_table(), random));
+  EXPECT_GT(imported_, 50);
+  EXPECT_GT(refused_, 5);
 }
 
 TEST_F(ImportFault, ASpoiltMappingIsImportedOrRefused) {
   constexpr std::uint64_t seed = 16;
   std::mt19937_64 random(seed);
-  for (int i = 0; i < 1500; ++i) try_import(spoilt(good_mapping, random), good_table());
-  EXPECT_GT(imported_, 50);
-  EXPECT_GT(refused_, 500);
+  for (int i = 0; i < 400; ++i) try_import(spoilt(good_mapping, random), good_table());
+  EXPECT_GT(imported_, 0);
+  EXPECT_GT(refused_, 100);
 }
 
 TEST_F(ImportFault, EveryPrefixOfATableIsImportedOrRefused) {

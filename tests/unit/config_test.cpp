@@ -9,6 +9,7 @@
 #include <string>
 #include <tuple>
 
+#include "config/key.hpp"
 #include "config/load.hpp"
 
 namespace downrange::config {
@@ -383,6 +384,11 @@ TEST(Methods, BadSettingsSayWhatIsAllowed) {
   }
   EXPECT_EQ(load(naro, {{"fuse.kinematics", "vdie", "--set"}}).range.fuse.kinematics, Kinematics::Vdie);
   EXPECT_TRUE(load(naro, {{"align.gps_reference", "smooth", "--set"}}).range.align.gps_alignment.smooth);
+}
+
+TEST(Key, AnyTextIsShownAsToml) {
+  EXPECT_EQ(show_text("dish-1"), "\"dish-1\"");
+  EXPECT_EQ(show_text("a\"]\n[x\\y\x1b"), R"("a\"]\u000A[x\\y\u001B")");
 }
 
 TEST(Override, ProblemsNameTheOption) {

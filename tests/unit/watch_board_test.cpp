@@ -70,6 +70,14 @@ TEST(WatchBoard, OnTheWallClockUtcTellsTheAge) {
   EXPECT_TRUE(shows(later, "NOT qualified  old 7 s")) << later;
 }
 
+TEST(WatchBoard, ANameCannotGiveOrdersToTheTerminal) {
+  Board board(dds::ClockMode::Wall);
+  Trajectory t = track(utc);
+  t.target = "\x1b[2Jrocket\r";
+  board.take(t, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "\\x1b[2Jrocket\\x0d"));
+}
+
 TEST(WatchBoard, OnTheRangeClockTheNewestRangeTimeDoes) {
   Board board(dds::ClockMode::Range);
   board.take(Result(command(utc)), start);

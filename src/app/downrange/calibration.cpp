@@ -7,6 +7,7 @@
 #include <iostream>
 #include <map>
 #include <set>
+#include <text/printable.hpp>
 
 #include "command.hpp"
 #include "config/calibration.hpp"
@@ -71,8 +72,8 @@ int write_calibration(const std::string& flight, const std::string& method, cons
   for (const auto& biases : {radars, trackers}) {
     for (const SensorBias& bias : biases) {
       const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
-      std::cout << bias.sensor.view() << ": " << bias.terms << " terms after " << bias.samples << " plots, " << shown
-                << " converged\n";
+      std::cout << text::printable(bias.sensor.view()) << ": " << bias.terms << " terms after " << bias.samples
+                << " plots, " << shown << " converged\n";
     }
   }
   std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]] or [[angle_sensor]]\n";

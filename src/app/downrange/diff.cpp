@@ -1,6 +1,7 @@
 #include <archive/compare.hpp>
 #include <iomanip>
 #include <iostream>
+#include <text/printable.hpp>
 
 #include "command.hpp"
 
@@ -22,8 +23,8 @@ void add_diff(CLI::App& app, Run& run) {
     run = [options] {
       const auto report = archive::compare(options->a, options->b, options->topics);
       for (const auto& topic : report.topics) {
-        std::cout << std::left << std::setw(24) << topic.topic << std::right << std::setw(9) << topic.count_a
-                  << std::setw(9) << topic.count_b << "  ";
+        std::cout << std::left << std::setw(24) << text::printable(topic.topic) << std::right << std::setw(9)
+                  << topic.count_a << std::setw(9) << topic.count_b << "  ";
         if (topic.first)
           std::cout << "differs at message " << topic.first->index << ": " << topic.first->what << '\n';
         else

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <text/printable.hpp>
 
 #include "calibration.hpp"
 #include "flight.hpp"
@@ -145,11 +146,14 @@ void print_service_status(const std::string& received) {
   const auto found = reader.metadata().find("status");
   if (found == reader.metadata().end()) return;
   const auto& s = found->second;
-  const auto text = [&](const char* key) { return s.count(key) != 0 ? s.at(key) : std::string("?"); };
-  std::cout << "\nService " << text("node") << ": plot in to results written, median " << text("latency_p50_us")
-            << ", 95 % " << text("latency_p95_us") << ", 99 % " << text("latency_p99_us") << ", worst "
-            << text("latency_max_us") << " microseconds; " << text("consumed") << " messages in, " << text("emitted")
-            << " results out, " << text("dropped") << " dropped, " << text("write_failures") << " failed writes.\n";
+  const auto status = [&](const char* key) {
+    return s.count(key) != 0 ? text::printable(s.at(key), false, 100) : std::string("?");
+  };
+  std::cout << "\nService " << status("node") << ": plot in to results written, median " << status("latency_p50_us")
+            << ", 95 % " << status("latency_p95_us") << ", 99 % " << status("latency_p99_us") << ", worst "
+            << status("latency_max_us") << " microseconds; " << status("consumed") << " messages in, "
+            << status("emitted") << " results out, " << status("dropped") << " dropped, " << status("write_failures")
+            << " failed writes.\n";
 }
 
 config::ServiceConfig configuration_of(const Options& o) {
@@ -233,7 +237,7 @@ int report(const Options& o) {
 
   const score::Summary summary = scorer.summary();
   if (!flight.liftoff) std::cout << "No lift-off is recorded: times count from the first accepted measurement.\n\n";
-  std::cout << score::format_text(summary);
+  std::cout << text::printable(score::format_text(summary), true);
   if (!o.received.empty()) print_service_status(o.received);
   if (!o.json.empty()) {
     std::ofstream out(o.json);
