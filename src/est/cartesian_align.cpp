@@ -37,6 +37,7 @@ void add_knot(GpsTrack& gps) {
 
 CartesianAlign::CartesianAlign(MethodSettings settings, bool correct)
     : settings_(std::move(settings)),
+      arbitration_(settings_),
       correct_(correct),
       gate3_(correct ? chi2_quantile(settings_.gate_probability, 3) : std::numeric_limits<double>::infinity()),
       gate6_(chi2_quantile(settings_.gate_probability, 6)) {
@@ -49,6 +50,7 @@ CartesianAlign::State CartesianAlign::initial() const {
   s.radars.resize(settings_.radars.size());
   for (RadarBias& bias : s.radars) bias.estimate = prior_bias();
   s.gps.resize(static_cast<std::size_t>(settings_.targets));
+  s.lives.resize(static_cast<std::size_t>(settings_.targets), arbitration_.unborn());
   reserve(s);
   return s;
 }
@@ -65,26 +67,41 @@ Gaussian<6> CartesianAlign::prior_bias() const {
   return {.mean = Vec<6>::Zero(), .cov = correct_ ? Mat<6, 6>(variance.asDiagonal()) : Mat<6, 6>::Zero()};
 }
 
-Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Measurement& m) const {
+Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Measurement& m,
+                                  const std::optional<TrackEstimate>& fused) const {
   GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
-  if (gps.started && is_frozen(m, gps.last_fix)) {
+  TargetLife& life = state.lives[static_cast<std::size_t>(m.target)];
+  TrackVelocity velocity;
+  if (gps.reference.started)
+    velocity = {.m_s = gps.state.mean.tail<3>(),
+                .sigma_m_s = std::sqrt(gps.state.cov.bottomRightCorner<3, 3>().trace())};
+  if (is_frozen(gps.last_fix, m, velocity)) {
     const Outcome frozen{.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
     count(account, frozen);
     return frozen;
   }
-  const Outcome outcome = follow_fix(gps, account, m);
-  if (settings_.gps_alignment.smooth && outcome.verdict == Verdict::Accepted) release_held(state, gps);
-  remember(gps.last_fix, m, gps.state.mean.tail<3>(), gps.state.cov.bottomRightCorner<3, 3>());
+  const std::uint64_t radars = Arbitration::recent_radars(life, m.epoch);
+  Vec<9> motion = Vec<9>::Zero();
+  bool agrees = false;
+  if (fused && radars != 0) {
+    motion = fused->mean;
+    const Mat<3, 3> S = fused->cov.topLeftCorner<3, 3>() + fix_covariance(m);
+    agrees = normalised_square<3>(m.position.m - motion.head<3>(), S) <= gate3_;
+  } else if (gps.reference.started) {
+    motion.head<6>() = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3).mean;
+  }
+  const Outcome outcome = follow_receiver(
+      arbitration_, life, gps.reference, m, motion, agrees, [&] { start_gps(gps, m); },
+      [&] { return follow_fix(gps, account, m); },
+      [&] {
+        if (settings_.gps_alignment.smooth) release_held(state, gps);
+      },
+      [&] { loosen_biases(state, radars); });
+  count(account, outcome);
   return outcome;
 }
 
 Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
-  // A track too old to serve as reference is no judge of the receiver that returns either.
-  if (!gps.started || m.epoch - gps.epoch > settings_.gps_max_age) {
-    start_gps(gps, m);
-    count(account, {});
-    return {};
-  }
   const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
   const Mat<3, 3> R = fix_covariance(m);
   Outcome outcome;
@@ -94,8 +111,6 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
     note_innovation(account, u.innovation, u.S, u.nis);
     gps.state = u.posterior;
     gps.epoch = m.epoch;
-    gps.rejected_in_row = 0;
-    gps.confirmed = true;
     if (settings_.gps_alignment.smooth) add_knot(gps);
   };
   if (m.velocity_valid && settings_.gps_use_velocity) {
@@ -108,23 +123,14 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
   } else {
     take(kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate3_));
   }
-  // A gated fix leaves track and age as they were: the reference must not look fresh. A receiver that insists is right,
-  // and a track that nothing has confirmed yet gives way at once.
-  if (outcome.verdict != Verdict::Accepted && (!gps.confirmed || ++gps.rejected_in_row >= gps_restart_after)) {
-    start_gps(gps, m);
-    outcome.verdict = Verdict::Accepted;
-  }
-  count(account, outcome);
+  // A gated fix leaves track and age as they were: the reference must not look fresh.
   return outcome;
 }
 
 void CartesianAlign::start_gps(GpsTrack& gps, const Measurement& m) const {
   const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
   const double sigma_velocity = with_velocity ? m.sigma_velocity_m_s : settings_.initial_sigma_velocity_m_s;
-  gps.started = true;
-  gps.confirmed = false;
   gps.epoch = m.epoch;
-  gps.rejected_in_row = 0;
   gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
   gps.state.cov.setZero();
   gps.state.cov.topLeftCorner<3, 3>() = fix_covariance(m);
@@ -155,7 +161,29 @@ TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) co
   return z;
 }
 
-void CartesianAlign::reopen(State& state, int radar) const { forget(state.radars[static_cast<std::size_t>(radar)]); }
+Remedy CartesianAlign::rejected(State& state, const Measurement& plot, Verdict verdict) const {
+  TargetLife& life = state.lives[static_cast<std::size_t>(plot.target)];
+  const Remedy remedy = arbitration_.rejected(life, plot, verdict, Vec<9>::Zero());
+  if (remedy == Remedy::OpenBias) forget(state.radars[static_cast<std::size_t>(plot.source)]);
+  return remedy;
+}
+
+bool CartesianAlign::is_refused(State& state, const Measurement& plot) const {
+  const GpsTrack& gps = state.gps[static_cast<std::size_t>(plot.target)];
+  const RadarBias& bias = state.radars[static_cast<std::size_t>(plot.source)];
+  // Where plots wait for fixes, the newest ones that were compared tell.
+  const int in_row = settings_.gps_alignment.smooth ? 3 : 1;
+  const bool refused = correct_ && gps.reference.confirmed && plot.epoch - gps.epoch <= settings_.gps_max_age &&
+                       bias.rejected_in_row >= in_row;
+  return arbitration_.alone_against_gps(state.lives[static_cast<std::size_t>(plot.target)], plot, refused);
+}
+
+void CartesianAlign::loosen_biases(State& state, std::uint64_t radars) const {
+  const Mat<6, 6> step = prior_bias().cov / 4;
+  for (std::size_t i = 0; i < state.radars.size(); ++i) {
+    if ((radars >> i & 1) != 0) state.radars[i].estimate.cov += step;
+  }
+}
 
 void CartesianAlign::forget(RadarBias& bias) const {
   bias.estimate = prior_bias();
@@ -167,8 +195,8 @@ void CartesianAlign::align(State& state, const Measurement& m, const Vec<3>& z_s
   GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
   const HeldPlot plot{.epoch = m.epoch, .radar = m.source, .z_sez = z_sez, .R_sez = R_sez};
   if (settings_.gps_alignment.smooth) {
-    if (gps.started && gps.held.size() < GpsTrack::max_held) gps.held.push_back(plot);
-  } else if (gps.confirmed && m.epoch - gps.epoch <= settings_.gps_max_age) {
+    if (gps.reference.started && gps.held.size() < GpsTrack::max_held) gps.held.push_back(plot);
+  } else if (gps.reference.confirmed && m.epoch - gps.epoch <= settings_.gps_max_age) {
     // (17) Kalman prediction of GPS to the radar's epoch.
     estimate_bias(state.radars[static_cast<std::size_t>(m.source)], plot,
                   cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3));
@@ -233,14 +261,15 @@ void CartesianAlign::estimate_bias(RadarBias& bias, const HeldPlot& plot, const 
   // noise grows with the error and would follow it.
   const bool plausible = (u.posterior.mean.cwiseAbs().array() <= bias_sigmas_max * prior_sigma.array()).all();
   if (u.verdict != Verdict::Accepted || !plausible) {
-    if (++bias.rejected_in_row >= settings_.reopen_after) {
-      forget(bias);
-    }
+    ++bias.rejected_in_row;
+    const bool due = bias.rejected_in_row % settings_.reopen_after == 0;
+    if (due && bias.opening.open(plot.epoch, settings_.reopen_after)) forget(bias);
     return;
   }
   bias.estimate = u.posterior;
   bias.updated = bias.samples > 0 ? std::max(bias.updated, plot.epoch) : plot.epoch;
   bias.rejected_in_row = 0;
+  bias.opening.used(settings_.reopen_after);
   ++bias.samples;
   if (settings_.bias_window > 0) {
     bias.window[static_cast<std::size_t>(bias.next)] = bias.estimate.mean;
@@ -270,7 +299,7 @@ Mat<6, 6> CartesianAlign::bias_process_noise(const RadarBias& bias, double dt) c
 
 std::optional<TrackEstimate> CartesianAlign::gps_track(const State& state, int target, Time at) const {
   const GpsTrack& gps = state.gps[static_cast<std::size_t>(target)];
-  if (!gps.confirmed || !correct_) return std::nullopt;
+  if (!gps.reference.confirmed || !correct_) return std::nullopt;
   return estimate_at(gps.state, gps.epoch, at, settings_.gps_q_m2_s3);
 }
 
@@ -290,7 +319,7 @@ BiasEstimate CartesianAlign::bias(const State& state, int radar) const {
   for (int i = 0; i < 6; ++i) b.term[static_cast<std::size_t>(i)] = static_cast<BiasTerm>(i);
   // A plot that waits for fixes has not lost its reference.
   const auto refers = [&](const GpsTrack& gps) {
-    return gps.confirmed && bias.epoch - gps.epoch <= settings_.gps_max_age;
+    return gps.reference.confirmed && bias.epoch - gps.epoch <= settings_.gps_max_age;
   };
   const bool referenced = settings_.gps_alignment.smooth ? std::ranges::any_of(state.gps, refers)
                                                          : bias.epoch - bias.updated <= settings_.gps_max_age;

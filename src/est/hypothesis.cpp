@@ -100,6 +100,18 @@ void reset_bias(Hypothesis& h, const RadarBlock& block) {
   reset_block(h, block.at, mean, cov);
 }
 
+void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {
+  for (std::size_t radar = 0; radar < layout.radars.size(); ++radar) {
+    const RadarBlock& block = layout.radars[radar];
+    for (int i = 0; i < block.terms && (radars >> radar & 1) != 0; ++i) {
+      for (int j = 0; j < block.terms; ++j)
+        h.P(block.at + i, block.at + j) += block.model.prior_cov(index(block.term[static_cast<std::size_t>(i)]),
+                                                                 index(block.term[static_cast<std::size_t>(j)])) /
+                                           4;
+    }
+  }
+}
+
 void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt) {
   h.x.segment<9>(at) = predict_mean(model, h.x.segment<9>(at), dt);
   const double half = dt * dt / 2;

@@ -7,28 +7,9 @@
 #include <utility>
 
 namespace downrange {
-namespace {
-
-constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
-
-/// Two first fixes agree when the second is where the first one's motion leads, within this and what thrust can do.
-constexpr double fix_agreement_sigmas = 6;
-constexpr double fix_agreement_m_s2 = 100;
-
-bool agree(const Measurement& first, const Measurement& second, const Vec<3>& track_velocity) {
-  const double dt = (second.epoch - first.epoch).seconds();
-  const Vec<3> v = first.velocity_valid && second.velocity_valid
-                       ? Vec<3>((first.velocity.m_s + second.velocity.m_s) / 2)
-                       : track_velocity;
-  const double sigma = std::hypot(first.sigma_horizontal_m, first.sigma_vertical_m);
-  const double away = (second.position.m - first.position.m - dt * v).norm();
-  return dt > 0 && away <= fix_agreement_sigmas * std::sqrt(2) * sigma + fix_agreement_m_s2 * dt * dt;
-}
-
-}  // namespace
-
 Joint::Joint(MethodSettings settings)
     : settings_(std::move(settings)),
+      arbitration_(settings_),
       models_(model_set(settings_)),
       manoeuvring_(constant_acceleration(settings_)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
@@ -45,7 +26,7 @@ Joint::State Joint::initial() const {
   State s;
   s.targets.resize(static_cast<std::size_t>(settings_.targets));
   for (Target& target : s.targets) {
-    target.contributed.fill(never);
+    target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
   s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
@@ -109,8 +90,6 @@ void Joint::start_by(State& s, const Measurement& m, bool without_gps) const {
 
 void Joint::restart_motion(Target& t, const Measurement& m) const {
   t.epoch = t.mixed = t.data_epoch = m.epoch;
-  t.plots_rejected_in_row = 0;
-  t.fixes_rejected_in_row = 0;
   t.bank.probability = models_.initial_probability;
   if (m.kind == Measurement::Kind::Gps) {
     set_motion(t, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
@@ -150,53 +129,60 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   if (!t.started) {
     if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
     start_by(s, m, !gps && settings_.no_gps.enabled);
+    if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     advance(t, m.epoch);
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
-  }
-  if (gps) {
-    const Gaussian<9> motion = combined_motion(t.bank, models(t), motion_at, 0);
-    remember(t.last_fix, m, motion.mean.segment<3>(3), motion.cov.block<3, 3>(3, 3));
+    const bool contradicted = gps && t.without_gps;  // and arbitrated already
+    if (outcome.verdict != Verdict::Accepted && !contradicted) outcome = arbitrate(s, m, outcome);
   }
   count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
-  if (outcome.verdict != Verdict::Accepted) {
-    after_rejection(s, m, outcome.verdict);
-    return outcome;
-  }
+  const bool waits = gps && t.without_gps;
+  if (outcome.verdict != Verdict::Accepted || waits) return outcome;
 
+  arbitration_.accepted(t.life, m);
   t.data_epoch = m.epoch;
   t.nis = outcome.nis;
   t.nis_dof = outcome.dof;
-  if (gps) {
-    t.fixes_rejected_in_row = 0;
-    if (!t.without_gps) t.accepted_fix = m.epoch;
-    return outcome;
-  }
-  t.plots_rejected_in_row = 0;
-  t.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
+  if (gps) return outcome;
   Radar& radar = t.radars[static_cast<std::size_t>(m.source)];
   radar.epoch = m.epoch;
   ++radar.samples;
-  if (t.accepted_fix && m.epoch - *t.accepted_fix <= settings_.gps_max_age) {
+  const auto& fix = t.life.receiver.accepted;
+  if (fix && m.epoch - fix->epoch <= settings_.gps_max_age) {
     radar.referenced = true;
     radar.updated = m.epoch;
   }
   return outcome;
 }
 
-void Joint::after_rejection(State& s, const Measurement& m, Verdict verdict) const {
+Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
-  if (m.kind == Measurement::Kind::Gps) {
-    const bool insists = verdict != Verdict::Frozen && ++t.fixes_rejected_in_row >= gps_restart_after;
-    if (insists) restart_motion(t, m);
-  } else if (++t.plots_rejected_in_row >= settings_.reopen_after &&
-             settings_.radars[static_cast<std::size_t>(m.source)].measures_range) {
-    restart_motion(t, m);  // no radar was accepted for so long: the track is lost, not the radars
-  } else if (account.rejected_in_row % settings_.reopen_after == 0) {
-    // This radar alone disagrees: its bias is opened again.
-    for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
+  const Vec<9> track = combined_motion(t.bank, models(t), motion_at, 0).mean;
+  switch (arbitration_.rejected(t.life, m, rejected.verdict, track)) {
+    case Remedy::None:
+      break;
+    case Remedy::Restart:
+      restart_motion(t, m);
+      return {};
+    case Remedy::OpenBias:
+      for (int i = 0; i < t.bank.count; ++i)
+        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
+      break;
+    case Remedy::Unite:
+      unite(t, m, track);
+      return update_by_fix(s, m);
+  }
+  return rejected;
+}
+
+void Joint::unite(Target& t, const Measurement& fix, const Vec<9>& track) const {
+  const Mat<6, 6> term = Arbitration::union_term(arbitration_.away_from(t.life, fix, track));
+  const std::uint64_t in_view = Arbitration::recent_radars(t.life, fix.epoch);
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    h.P.block<6, 6>(motion_at, motion_at) += term;
+    loosen_biases(h, layout(t), in_view);
   }
 }
 
@@ -240,9 +226,14 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, dou
 
 Outcome Joint::apply_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const Gaussian<9> motion = combined_motion(t.bank, models(t), motion_at, 0);
+  if (is_frozen(t.last_fix, m, velocity_of(motion))) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  return t.without_gps ? first_fix(s, m) : update_by_fix(s, m);
+}
+
+Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
-  if (is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
-  if (t.without_gps) return leave_regime(s, m);
   const auto use = [&]<int M>(double gate) {
     return update<M>(t, account, fix_noise<M>(m), gate, [&](const Hypothesis& h, const MotionModel&) {
       return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, m));
@@ -252,14 +243,17 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
   return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 
-Outcome Joint::leave_regime(State& s, const Measurement& m) const {
+Outcome Joint::first_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const Vec<3> velocity = combined_motion(t.bank, models(t), motion_at, 0).mean.segment<3>(3);
-  if (t.candidate_fix && agree(*t.candidate_fix, m, velocity)) {
-    t.candidate_fix.reset();
-    start_by(s, m, false);
-  } else {
-    t.candidate_fix = m;
+  const Vec<9> track = combined_motion(t.bank, models(t), motion_at, 0).mean;
+  switch (arbitration_.first_fixes(t.life, m, track)) {
+    case FirstFixes::Contradicted:
+      return {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
+    case FirstFixes::Hold:
+      start_by(s, m, false);
+      break;
+    case FirstFixes::Wait:
+      break;
   }
   return {};
 }
@@ -297,7 +291,7 @@ std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::o
   const Gaussian<9> x = combined_motion(t.bank, models(t), motion_at, (e.epoch - t.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
-  e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);
+  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = t.nis_dof;
   return e;

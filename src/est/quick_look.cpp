@@ -35,7 +35,7 @@ Outcome RadarTracker::apply(State& state, const Measurement& m) const {
   const auto start_by_plot = [&] {
     state.tracker.emplace(tracker_, z.z.m, sigma_m);
     state.epoch = m.epoch;
-    state.rejected_in_row = 0;
+    state.refused = {};
   };
   if (!state.tracker) {
     start_by_plot();
@@ -47,10 +47,14 @@ Outcome RadarTracker::apply(State& state, const Measurement& m) const {
   const Outcome outcome{.verdict = state.scan.verdict, .nis = state.scan.nis, .dof = 3};
   if (outcome.verdict == Verdict::Accepted) {
     state.epoch = m.epoch;
-    state.rejected_in_row = 0;
-  } else if (++state.rejected_in_row >= reopen_after_) {
-    start_by_plot();
+    state.refused = {};
+    return outcome;
   }
+  state.refused.note(m.epoch);
+  const TimedPlot now{.epoch = m.epoch, .plot = m.plot};
+  const bool again = of_one_vehicle(*radar_, state.refused_plot, now);
+  state.refused_plot = now;
+  if (again && state.refused.last(m.epoch, restart_after_)) start_by_plot();
   return outcome;
 }
 
@@ -77,7 +81,7 @@ QuickLook::QuickLook(MethodSettings settings) : settings_(std::move(settings)) {
   tracks_.reserve(static_cast<std::size_t>(settings_.targets) * settings_.radars.size());
   for (int target = 0; target < settings_.targets; ++target) {
     for (const RadarModel& radar : settings_.radars)
-      tracks_.emplace_back(RadarTracker(radar, tracker, settings_.reopen_after), RadarTracker::State{},
+      tracks_.emplace_back(RadarTracker(radar, tracker, settings_.restart_after), RadarTracker::State{},
                            settings_.history);
   }
   accounts_.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <downrange/est/consistency.hpp>
 #include <downrange/est/schmidt.hpp>
 #include <limits>
 #include <span>
@@ -11,14 +12,9 @@
 #include "consider.hpp"
 
 namespace downrange {
-namespace {
-
-constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
-
-}  // namespace
-
 Schmidt::Schmidt(MethodSettings settings)
     : settings_(std::move(settings)),
+      arbitration_(settings_),
       models_(model_set(settings_)),
       gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
       knots_(settings_.gps_alignment.smooth ? settings_.gps_alignment.fixes + 1 : 0),
@@ -37,7 +33,7 @@ Schmidt::State Schmidt::initial() const {
   State s;
   s.targets.resize(static_cast<std::size_t>(settings_.targets));
   for (Target& target : s.targets) {
-    target.contributed.fill(never);
+    target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
   s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
@@ -72,18 +68,22 @@ void Schmidt::leave_regime(Target& t) const {
   forget_knots(t);
   for (Radar& radar : t.radars) radar.samples = 0;
   if (t.fused_started) set_motion(t.bank, models_, fused_at, motion);
-  const auto newest = static_cast<std::size_t>(std::ranges::max_element(t.contributed) - t.contributed.begin());
-  for (int i = 0; i < t.bank.count; ++i) {
-    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    reset_block(h, gps_at, gps, P_gps);
-    if (t.fused_started) tie_to_bias(h, fused_at, settings_.radars[newest], layout_.radars[newest]);
-  }
+  for (int i = 0; i < t.bank.count; ++i) reset_block(t.bank.mode[static_cast<std::size_t>(i)], gps_at, gps, P_gps);
+  tie_fused_to_bias(t);
+}
+
+void Schmidt::tie_fused_to_bias(Target& t) const {
+  if (!t.fused_started) return;
+  const auto newest = static_cast<std::size_t>(
+      std::ranges::max_element(t.life.radars, {}, [](const RadarLife& radar) { return radar.accepted.epoch; }) -
+      t.life.radars.begin());
+  for (int i = 0; i < t.bank.count; ++i)
+    tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[newest], layout(t).radars[newest]);
 }
 
 void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.fused_started = true;
   t.data_epoch = epoch;
-  t.plots_rejected_in_row = 0;
   t.bank.probability = models_.initial_probability;
   set_motion(t.bank, models_, fused_at, motion);
 }
@@ -98,10 +98,7 @@ void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
 }
 
 void Schmidt::start_gps(Target& t, const Measurement& m) const {
-  t.gps_started = true;
-  t.gps_confirmed = false;
   t.gps_epoch = m.epoch;
-  t.fixes_rejected_in_row = 0;
   forget_knots(t);
   const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
   const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
@@ -118,9 +115,11 @@ void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const 
   if (learnt) {
     radar.updated = epoch;
     radar.rejected_in_row = 0;
+    radar.opening.used(settings_.reopen_after);
     ++radar.samples;
   } else if (++radar.rejected_in_row >= settings_.reopen_after) {
     radar.rejected_in_row = 0;
+    if (!radar.opening.open(epoch, settings_.reopen_after)) return;
     for (int i = 0; i < t.bank.count; ++i)
       reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
   }
@@ -140,8 +139,8 @@ void Schmidt::predict(Target& t, Time to) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     const MotionModel& model = models_.model[static_cast<std::size_t>(i)];
     if (t.fused_started) predict_motion(h, fused_at, model, dt);
-    if (t.gps_started) predict_motion(h, gps_at, gps_model_, dt);
-    if (t.fused_started && t.gps_started && model.noise == gps_model_.noise) {
+    if (t.gps.started) predict_motion(h, gps_at, gps_model_, dt);
+    if (t.fused_started && t.gps.started && model.noise == gps_model_.noise) {
       // One vehicle moves both tracks: the jerk that both models allow for is the same jerk.
       MotionModel shared = gps_model_;
       shared.q = std::min(model.q, gps_model_.q);
@@ -153,7 +152,7 @@ void Schmidt::predict(Target& t, Time to) const {
         }
       }
     }
-    if (settings_.gps_error.enabled && t.gps_started)
+    if (settings_.gps_error.enabled && t.gps.started)
       predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
     predict_bias(h, layout(t), dt);
   }
@@ -165,7 +164,7 @@ void Schmidt::advance(Target& t, Time to) const {
 }
 
 bool Schmidt::has_reference(const Target& t, Time at) const {
-  return t.gps_confirmed && at - t.gps_epoch <= settings_.gps_max_age;
+  return t.gps.confirmed && at - t.gps_epoch <= settings_.gps_max_age;
 }
 
 Outcome Schmidt::apply(State& s, const Measurement& m) const {
@@ -201,61 +200,90 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
 Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
-  const auto remember_fix = [&] {
-    const Hypothesis& h = t.bank.mode[0];
-    remember(t.last_fix, m, h.x.segment<3>(gps_at + 3), h.P.block<3, 3>(gps_at + 3, gps_at + 3));
+  const Hypothesis& h = t.bank.mode[0];
+  TrackVelocity velocity;
+  if (t.gps.started)
+    velocity = {.m_s = h.x.segment<3>(gps_at + 3),
+                .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
+  if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  const auto follow = [&] {
+    const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+    return with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
   };
-  if (t.gps_started && is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
-  // A track too old to serve as reference is no judge of the receiver that returns either.
-  if (!t.gps_started || m.epoch - t.gps_epoch > settings_.gps_max_age) {
-    start_gps(t, m);
-    remember_fix();
-    return {};
-  }
-  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
-  Outcome outcome = with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
-  if (outcome.verdict == Verdict::Accepted) {
-    if (t.without_gps) leave_regime(t);
-    t.gps_confirmed = true;
-    t.gps_epoch = m.epoch;
-    t.fixes_rejected_in_row = 0;
-    add_knot(t);
-    if (knots_ > 0) release_held(t);
-  } else if (!t.gps_confirmed || ++t.fixes_rejected_in_row >= gps_restart_after) {
-    start_gps(t, m);  // a receiver that insists is right, and a track that nothing has confirmed gives way at once
-    outcome.verdict = Verdict::Accepted;
-  }
-  remember_fix();
-  return outcome;
+  return follow_receiver(
+      arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch), fused_agrees(t, m), [&] { start_gps(t, m); }, follow,
+      [&] { believe(t, m); }, [&] { unite(t, m); });
+}
+
+void Schmidt::believe(Target& t, const Measurement& fix) const {
+  if (t.without_gps) leave_regime(t);
+  t.gps_epoch = fix.epoch;
+  add_knot(t);
+  if (knots_ > 0) release_held(t);
+}
+
+void Schmidt::unite(Target& t, const Measurement& fix) const {
+  for (int i = 0; i < t.bank.count; ++i)
+    loosen_biases(t.bank.mode[static_cast<std::size_t>(i)], layout(t), Arbitration::recent_radars(t.life, fix.epoch));
+  tie_fused_to_bias(t);
+}
+
+Vec<9> Schmidt::judging_motion(const Target& t, Time at) const {
+  if (t.fused_started && Arbitration::recent_radars(t.life, at) != 0)
+    return combined_motion(t.bank, models_, fused_at, 0).mean;
+  return t.bank.mode[0].x.segment<9>(gps_at);
+}
+
+bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
+  if (!t.fused_started || Arbitration::recent_radars(t.life, fix.epoch) == 0) return false;
+  const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
+  const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix);
+  return normalised_square<3>(fix.position.m - motion.mean.head<3>(), S) <= gate3_;
 }
 
 Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const auto source = static_cast<std::size_t>(m.source);
   if (!settings_.radars[source].measures_range) return {};
-  SourceAccount& account = s.accounts[source];
   Outcome outcome;
-  if (!t.fused_started) {
-    start_fused_by(t, m);
+  if (t.fused_started) {
+    outcome = correct(t, s.accounts[source], m);
+  } else if (gps_refuses(t, m)) {
+    outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
-    outcome = correct(t, account, m);
+    start_fused_by(t, m);
   }
   if (outcome.verdict == Verdict::Accepted) {
+    arbitration_.accepted(t.life, m);
     t.data_epoch = m.epoch;
     t.nis = outcome.nis;
     t.nis_dof = outcome.dof;
-    t.plots_rejected_in_row = 0;
-    t.contributed[source] = m.epoch;
     t.radars[source].epoch = m.epoch;
     return outcome;
   }
-  if (++t.plots_rejected_in_row >= settings_.reopen_after) {
-    start_fused_by(t, m);
-  } else if ((account.rejected_in_row + 1) % settings_.reopen_after == 0) {
-    for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source]);
+  switch (arbitration_.rejected(t.life, m, outcome.verdict, judging_motion(t, m.epoch))) {
+    case Remedy::Restart:
+      start_fused_by(t, m);
+      break;
+    case Remedy::OpenBias:
+      for (int i = 0; i < t.bank.count; ++i)
+        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source]);
+      break;
+    case Remedy::None:
+    case Remedy::Unite:
+      break;
   }
   return outcome;
+}
+
+bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
+  if (!has_reference(t, plot.epoch)) return false;
+  const auto source = static_cast<std::size_t>(plot.source);
+  const RadarModel& radar = settings_.radars[source];
+  const PlotLinearisation l =
+      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], plot.plot);
+  const Mat<3, 3> R = plot_variance(radar, plot.plot.elevation_rad).asDiagonal();
+  return !(weigh<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gate3_);
 }
 
 Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
@@ -277,19 +305,21 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     log_likelihoods[i] = of_fused[k].log_likelihood;
     if (of_fused[k].nis < nearest) nearest = of_fused[k].nis;
   }
-  const Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
-                        .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
-                        .dof = 3};
+  Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
+                  .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
+                  .dof = 3};
   // GPS track and biases are the same in all modes: one judges for all.
-  const bool referenced = knots_ == 0 && has_reference(t, m.epoch);  // never in the regime without GPS
+  const bool referenced = has_reference(t, m.epoch);  // never in the regime without GPS
   const auto count = static_cast<std::size_t>(t.bank.count);
   std::array<Evidence<3>, ModelSet::max_models> of_gps;
   if (referenced) {
     const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, m.plot);
     for (std::size_t k = 0; k < count; ++k) of_gps[k] = weigh<3>(t.bank.mode[k], l.H, l.nu, R);
   }
-  const bool learns = referenced && of_gps[0].nis <= gate3_ &&
+  const bool agrees = referenced && of_gps[0].nis <= gate3_ &&
                       std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
+  if (arbitration_.alone_against_gps(t.life, m, referenced && !agrees)) outcome.verdict = Verdict::Gated;
+  const bool learns = agrees && knots_ == 0;  // else when the next fixes have come
   const bool follows = outcome.verdict == Verdict::Accepted;
   for (std::size_t k = 0; k < count; ++k) {
     if (t.without_gps) {
@@ -303,10 +333,15 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     if (follows) follow(t.bank.mode[k], first_radar_, of_fused[k]);
     if (learns) learn(t.bank.mode[k], first_radar_, of_gps[k], of_A);
   }
-  if (referenced || (t.without_gps && follows)) note_learnt(t, m.source, m.epoch, learns || t.without_gps);
+  if ((referenced && knots_ == 0) || (t.without_gps && follows))
+    note_learnt(t, m.source, m.epoch, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
-  if (outcome.verdict != Verdict::Accepted) return outcome;
+  if (agrees && !follows && m.epoch - t.data_epoch >= settings_.restart_after) {
+    start_fused_by(t, m);  // GPS tells that it is the track which is lost
+    return {};
+  }
+  if (!follows) return outcome;
   reweigh(t.bank, log_likelihoods);
   const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
   note_innovation<3>(account, shown.nu, shown.S, shown.nis);
@@ -323,7 +358,7 @@ std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std:
   const Gaussian<9> x = combined_motion(t.bank, models_, fused_at, (e.epoch - t.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
-  e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);
+  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = t.nis_dof;
   return e;
@@ -331,7 +366,7 @@ std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std:
 
 std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
   const Target& t = state.targets[static_cast<std::size_t>(target)];
-  if (!t.gps_confirmed) return std::nullopt;
+  if (!t.gps.confirmed) return std::nullopt;
   const Hypothesis& h = t.bank.mode[0];
   const Gaussian<9> x = downrange::predict(
       gps_model_, {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)}, (at - t.epoch).seconds());

@@ -31,13 +31,12 @@ void Song2015::start(State& state, int target, Time epoch, const Gaussian<9>& es
   track.base_epoch = track.epoch = epoch;
   track.base = {.mean = estimate.mean.head<6>(), .cov = estimate.cov.topLeftCorner<6, 6>()};
   track.current = track.base;
-  track.contributed.fill(Time{std::numeric_limits<std::int64_t>::min() / 2});
 }
 
 Outcome Song2015::apply(State& state, const Measurement& m) const {
   if (m.kind == Measurement::Kind::Radar) return apply_plot(state, m);
   const std::size_t account = settings().radars.size() + static_cast<std::size_t>(m.source);
-  return align_.apply_fix(state.align, state.accounts[account], m);
+  return align_.apply_fix(state.align, state.accounts[account], m, fused(state, m.target, m.epoch));
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
@@ -47,30 +46,33 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
   SourceAccount& account = state.accounts[radar];
 
   const TimedPosition z = align_.compensated(state.align, m);
-  if (!track.started) {
-    start_track(track, m, z);
-    count(account, {});
-    return {};
+  const bool refused = align_.is_refused(state.align, m);
+  const Outcome outcome = judge(track, account, m, z, refused);
+  count(account, outcome);
+  if (outcome.verdict != Verdict::Accepted) {
+    if (align_.rejected(state.align, m, outcome.verdict) == Remedy::Restart) start_track(track, m, z);
+    return outcome;
   }
+  if (track.started) {
+    fuse_into(track, m, z);
+    track.nis = outcome.nis;
+  } else {
+    start_track(track, m, z);
+  }
+  align_.arbitration().accepted(state.align.lives[static_cast<std::size_t>(m.target)], m);
+  return outcome;
+}
+
+Outcome Song2015::judge(const BatchTrack& track, SourceAccount& account, const Measurement& m, const TimedPosition& z,
+                        bool refused) const {
+  if (!track.started) return {.verdict = refused ? Verdict::Gated : Verdict::Accepted, .nis = 0, .dof = 0};
   const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings().q_m2_s3);
   const Vec<3> nu = z.z - predicted.mean.head<3>();
   const Mat<3, 3> S = predicted.cov.topLeftCorner<3, 3>() + z.R;
   const double nis = normalised_square<3>(nu, S);
-  const Outcome outcome{.verdict = nis <= gate3_ ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = 3};
-  count(account, outcome);
-  if (outcome.verdict == Verdict::Accepted) {
-    note_innovation<3>(account, nu, S, nis);
-    fuse_into(track, m, z);
-    track.nis = outcome.nis;
-    return outcome;
-  }
-  ++track.rejected_in_row;
-  if (track.rejected_in_row >= settings().reopen_after) {
-    start_track(track, m, z);  // no radar was accepted for so long: the track is lost, not the radars
-  } else if (account.rejected_in_row % settings().reopen_after == 0) {
-    align_.reopen(state.align, m.source);  // this radar alone disagrees: its bias is opened again
-  }
-  return outcome;
+  const bool follows = nis <= gate3_ && !refused;
+  if (follows) note_innovation<3>(account, nu, S, nis);
+  return {.verdict = follows ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = 3};
 }
 
 void Song2015::start_track(BatchTrack& track, const Measurement& m, const TimedPosition& z) const {
@@ -79,8 +81,6 @@ void Song2015::start_track(BatchTrack& track, const Measurement& m, const TimedP
   track.base_epoch = track.epoch = m.epoch;
   track.base = started_from(z, settings().initial_sigma_velocity_m_s);
   track.current = track.base;
-  track.contributed.fill(Time{std::numeric_limits<std::int64_t>::min() / 2});
-  track.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
 }
 
 void Song2015::fuse_into(BatchTrack& track, const Measurement& m, const TimedPosition& z) const {
@@ -100,15 +100,13 @@ void Song2015::fuse_into(BatchTrack& track, const Measurement& m, const TimedPos
   for (std::size_t i = 0; i <= slot; ++i) track.pending[i].age_s = seconds_between(m.epoch, track.pending_epoch[i]);
   track.current = fuse_asynchronous(track.base, seconds_between(m.epoch, track.base_epoch),
                                     {track.pending.data(), slot + 1}, settings().q_m2_s3);
-  track.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
-  track.rejected_in_row = 0;
 }
 
 std::optional<TrackEstimate> Song2015::fused(const State& state, int target, std::optional<Time> at) const {
   const BatchTrack& track = state.fused[static_cast<std::size_t>(target)];
   if (!track.started) return std::nullopt;
   TrackEstimate e = estimate_at(track.current, track.epoch, at.value_or(track.epoch), settings().q_m2_s3);
-  e.sources = recent_sources({track.contributed.data(), settings().radars.size()}, track.epoch);
+  e.sources = Arbitration::recent_radars(state.align.lives[static_cast<std::size_t>(target)], track.epoch);
   e.nis = track.nis;
   e.nis_dof = 3;
   return e;

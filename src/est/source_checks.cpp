@@ -11,29 +11,29 @@ Mat<3, 3> fix_covariance(const Measurement& fix) {
   return R_ecef_enu * Vec<3>(h2, h2, v2).asDiagonal() * R_ecef_enu.transpose();
 }
 
-bool repeats(const Measurement& fix, const LastFix& last) {
-  return fix.position.m == last.position.m && (!fix.velocity_valid || fix.velocity.m_s == last.velocity.m_s);
-}
-
-bool is_frozen(const Measurement& fix, const LastFix& last) {
-  if (!repeats(fix, last)) return false;
+bool is_frozen(LastFix& last, const Measurement& fix, const TrackVelocity& track) {
   constexpr double sigmas = 3;
   constexpr double reporting_quantum_m = 1;
+  constexpr int too_often = 3;
+  if (last.times == 0 || fix.position.m != last.position.m) {
+    last = {.position = fix.position, .since = fix.epoch, .times = 1, .track = track};
+    return false;
+  }
+  ++last.times;
   const double dt = (fix.epoch - last.since).seconds();
   const double of_fix =
       2 * fix.sigma_horizontal_m * fix.sigma_horizontal_m + fix.sigma_vertical_m * fix.sigma_vertical_m;
-  const double of_velocity = last.sigma_velocity_m_s * dt;
-  return last.track_velocity.m_s.norm() * dt >
-         sigmas * std::sqrt(of_fix + of_velocity * of_velocity) + reporting_quantum_m;
-}
-
-void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocity, const Mat<3, 3>& cov) {
-  if (repeats(fix, last)) return;
-  last = {.position = fix.position,
-          .velocity = fix.velocity,
-          .since = fix.epoch,
-          .track_velocity = {track_velocity},
-          .sigma_velocity_m_s = std::sqrt(cov.trace())};
+  const double of_velocity = last.track.sigma_m_s * dt;
+  if (last.track.m_s.norm() * dt > sigmas * std::sqrt(of_fix + of_velocity * of_velocity) + reporting_quantum_m)
+    return true;
+  if (last.times < too_often) return false;
+  const auto moves = [dt](const TrackVelocity& v) {
+    return (v.m_s.norm() - sigmas * v.sigma_m_s) * dt > reporting_quantum_m;
+  };
+  const TrackVelocity stated{.m_s = fix.velocity.m_s, .sigma_m_s = std::sqrt(3) * fix.sigma_velocity_m_s};
+  // At its very lift-off a vehicle moves less than some receivers resolve.
+  const bool in_flight = fix.in_flight && dt >= 1;
+  return in_flight || (fix.velocity_valid && moves(stated)) || moves(track) || moves(last.track);
 }
 
 std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {

@@ -38,8 +38,7 @@ void TrackLevel<Rule>::start_target(Target& t, Time epoch, const Gaussian<6>& x)
   t.epoch = t.data_epoch = epoch;
   t.rule.start(x);
   t.fused = x;
-  t.rejected_in_row = 0;
-  std::ranges::fill(t.contributed, Time{std::numeric_limits<std::int64_t>::min() / 2});
+  std::ranges::fill(t.contributed, never);
 }
 
 template <class Rule>
@@ -52,7 +51,7 @@ template <class Rule>
 Outcome TrackLevel<Rule>::apply(State& state, const Measurement& m) const {
   if (m.kind == Measurement::Kind::Radar) return apply_plot(state, m);
   const std::size_t account = settings().radars.size() + static_cast<std::size_t>(m.source);
-  return align_.apply_fix(state.align, state.accounts[account], m);
+  return align_.apply_fix(state.align, state.accounts[account], m, fused(state, m.target, m.epoch));
 }
 
 template <class Rule>
@@ -63,39 +62,46 @@ Outcome TrackLevel<Rule>::apply_plot(State& state, const Measurement& m) const {
   SourceAccount& account = state.accounts[radar];
 
   const TimedPosition z = align_.compensated(state.align, m);
+  const bool refused = align_.is_refused(state.align, m);
   const auto start_by_plot = [&] {
     start_target(t, m.epoch, started_from(z, settings().initial_sigma_velocity_m_s));
     t.contributed[radar] = m.epoch;
   };
-  if (!t.started) {
+  Outcome outcome{.verdict = refused ? Verdict::Gated : Verdict::Accepted, .nis = 0, .dof = 0};
+  if (t.started) {
+    outcome = update(t, account, m, z, refused);
+  } else if (!refused) {
     start_by_plot();
-    count(account, {});
-    return {};
   }
+  count(account, outcome);
+  if (outcome.verdict == Verdict::Accepted) {
+    align_.arbitration().accepted(state.align.lives[static_cast<std::size_t>(m.target)], m);
+    return outcome;
+  }
+  const Remedy remedy = align_.rejected(state.align, m, outcome.verdict);
+  if (remedy == Remedy::Restart) start_by_plot();
+  if (remedy == Remedy::OpenBias) t.rule.designate(m.source);  // its track starts anew
+  return outcome;
+}
+
+template <class Rule>
+Outcome TrackLevel<Rule>::update(Target& t, SourceAccount& account, const Measurement& m, const TimedPosition& z,
+                                 bool refused) const {
+  const auto radar = static_cast<std::size_t>(m.source);
   advance(t, m.epoch);
+  if (refused) return {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   if (silent(t, radar)) t.rule.designate(m.source);
   const auto u = t.rule.update(m.source, z.z, z.R, gate3_);
   const Outcome outcome{.verdict = u.verdict, .nis = u.nis, .dof = 3};
-  count(account, outcome);
-  if (outcome.verdict == Verdict::Accepted) {
-    note_innovation(account, u.innovation, u.S, u.nis);
-    t.contributed[radar] = t.data_epoch = m.epoch;
-    t.nis = outcome.nis;
-    t.rejected_in_row = 0;
-    std::uint64_t live = 0;
-    for (std::size_t i = 0; i < t.contributed.size(); ++i)
-      if (!silent(t, i)) live |= std::uint64_t{1} << i;
-    t.rule.fuse(live);
-    t.fused = t.rule.fused();
-    return outcome;
-  }
-  if (++t.rejected_in_row >= settings().reopen_after) {
-    start_by_plot();  // no radar was accepted for so long: the target is lost, not the radars
-  } else if (account.rejected_in_row % settings().reopen_after == 0) {
-    align_.reopen(state.align,
-                  m.source);  // this radar alone disagrees: its bias is opened again, its track starts anew
-    t.rule.designate(m.source);
-  }
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  note_innovation(account, u.innovation, u.S, u.nis);
+  t.contributed[radar] = t.data_epoch = m.epoch;
+  t.nis = outcome.nis;
+  std::uint64_t live = 0;
+  for (std::size_t i = 0; i < t.contributed.size(); ++i)
+    if (!silent(t, i)) live |= std::uint64_t{1} << i;
+  t.rule.fuse(live);
+  t.fused = t.rule.fused();
   return outcome;
 }
 

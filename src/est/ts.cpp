@@ -10,7 +10,6 @@
 namespace downrange {
 namespace {
 
-constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
 /// Random walks of the biases advance on this grid of UTC: every step costs all targets.
 constexpr Duration drift_step = milliseconds(1000);
 /// From the plot's own place to the one that a bias of a degree moves it to, to a millimetre.
@@ -42,6 +41,7 @@ Outcome outcome_of(SourceAccount& account, const TwoStageUpdate<M>& u) {
 template <int N>
 Ts<N>::Ts(MethodSettings settings)
     : settings_(std::move(settings)),
+      arbitration_(settings_),
       motion_{.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false},
       layout_(layout_of(settings_)),
       drifts_(std::ranges::any_of(layout_.radars,
@@ -64,7 +64,7 @@ typename Ts<N>::State Ts<N>::initial() const {
   for (const RadarBlock& block : layout_.radars) reset_bias(prior, block);
   Target target;
   target.track = {{Vec<N>::Zero(), Mat<N, N>::Identity()}, Mat<N, Eigen::Dynamic>::Zero(N, layout_.size)};
-  target.contributed.fill(never);
+  target.life = arbitration_.unborn();
   return {
       .bias = Shared(prior.x, prior.P),
       .drifted = std::nullopt,
@@ -82,8 +82,6 @@ template <int N>
 void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.started = true;
   t.epoch = t.data_epoch = epoch;
-  t.plots_rejected_in_row = 0;
-  t.fixes_rejected_in_row = 0;
   t.track.estimate.mean.setZero();
   t.track.estimate.mean.template head<9>() = motion.mean;
   t.track.estimate.cov.setZero();
@@ -184,62 +182,77 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
   if (!t.started) {
     if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
     restart_by(s, m);
+    if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     predict(t, m.epoch);
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
-  }
-  if (gps) {
-    const Gaussian<N> x = compensated(t.track, s.bias);
-    remember(t.last_fix, m, x.mean.template segment<3>(3), x.cov.template block<3, 3>(3, 3));
+    if (outcome.verdict != Verdict::Accepted) outcome = arbitrate(s, m, outcome);
   }
   count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
-  if (outcome.verdict != Verdict::Accepted) {
-    after_rejection(s, m, outcome.verdict);
-    return outcome;
-  }
+  if (outcome.verdict != Verdict::Accepted) return outcome;
 
+  arbitration_.accepted(t.life, m);
   t.data_epoch = m.epoch;
   t.nis = outcome.nis;
   t.nis_dof = outcome.dof;
-  if (gps) {
-    t.fixes_rejected_in_row = 0;
-    t.accepted_fix = m.epoch;
-    return outcome;
-  }
-  t.plots_rejected_in_row = 0;
-  t.contributed[static_cast<std::size_t>(m.source)] = m.epoch;
+  if (gps) return outcome;
   Radar& radar = s.radars[static_cast<std::size_t>(m.source)];
   radar.epoch = m.epoch;
   ++radar.samples;
-  if (t.accepted_fix && m.epoch - *t.accepted_fix <= settings_.gps_max_age) radar.referenced = true;
+  const auto& fix = t.life.receiver.accepted;
+  if (fix && m.epoch - fix->epoch <= settings_.gps_max_age) radar.referenced = true;
   return outcome;
 }
 
 template <int N>
-void Ts<N>::after_rejection(State& s, const Measurement& m, Verdict verdict) const {
+Outcome Ts<N>::arbitrate(State& s, const Measurement& m, const Outcome& rejected) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  if (m.kind == Measurement::Kind::Gps) {
-    const bool insists = verdict != Verdict::Frozen && ++t.fixes_rejected_in_row >= gps_restart_after;
-    if (insists) restart_by(s, m);
-    return;
+  const Vec<9> track = compensated_mean(t.track, s.bias).template head<9>();
+  switch (arbitration_.rejected(t.life, m, rejected.verdict, track)) {
+    case Remedy::None:
+      break;
+    case Remedy::Restart:
+      restart_by(s, m);
+      return {};
+    case Remedy::OpenBias:
+      // All targets share it: one that is refused here and used there follows something else here.
+      if (s.accounts[static_cast<std::size_t>(m.source)].rejected_in_row + 1 >= settings_.reopen_after)
+        loosen_priors(s, std::uint64_t{1} << m.source, 1);
+      break;
+    case Remedy::Unite:
+      loosen_priors(s, Arbitration::recent_radars(t.life, m.epoch), 0.25);
+      t.track.estimate.cov.template topLeftCorner<6, 6>() +=
+          Arbitration::union_term(arbitration_.away_from(t.life, m, track));
+      return update_by_fix(s, m);
   }
-  const auto source = static_cast<std::size_t>(m.source);
-  if (++t.plots_rejected_in_row >= settings_.reopen_after && settings_.radars[source].measures_range) {
-    restart_by(s, m);  // no radar was accepted for so long: the track is lost, not the radars
-  } else if (s.accounts[source].rejected_in_row % settings_.reopen_after == 0) {
-    // This radar alone disagrees: its bias may have stepped by as much as it could ever be.
-    const RadarBlock& block = layout_.radars[source];
-    step_.variance.setZero();
-    step_.variance.segment(block.at, block.terms) = block.prior_sigma().head(block.terms).cwiseAbs2();
-    loosen_all(s);
+  return rejected;
+}
+
+template <int N>
+void Ts<N>::loosen_priors(State& s, std::uint64_t radars, double share) const {
+  step_.variance.setZero();
+  for (std::size_t radar = 0; radar < layout_.radars.size(); ++radar) {
+    const RadarBlock& block = layout_.radars[radar];
+    if ((radars >> radar & 1) != 0)
+      step_.variance.segment(block.at, block.terms) = share * block.prior_sigma().head(block.terms).cwiseAbs2();
   }
+  loosen_all(s);
 }
 
 template <int N>
 Outcome Ts<N>::apply_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const Gaussian<N> now = compensated(t.track, s.bias);
+  const TrackVelocity velocity{.m_s = now.mean.template segment<3>(3),
+                               .sigma_m_s = std::sqrt(now.cov.template block<3, 3>(3, 3).trace())};
+  if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  return update_by_fix(s, m);
+}
+
+template <int N>
+Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
-  if (is_frozen(m, t.last_fix)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   const Vec<N> x = compensated_mean(t.track, s.bias);
   const auto use = [&]<int M>(double gate) {
     Vec<M> nu;
@@ -294,7 +307,7 @@ std::optional<TrackEstimate> Ts<N>::fused(const State& state, int target, std::o
       motion_, {now.mean.template head<9>(), now.cov.template topLeftCorner<9, 9>()}, (e.epoch - t.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
-  e.sources = recent_sources({t.contributed.data(), settings_.radars.size()}, t.data_epoch);
+  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = t.nis_dof;
   return e;

@@ -44,6 +44,7 @@ MethodSettings settings_of(const RangeConfig& config) {
   s.targets = static_cast<int>(config.targets.size());
   s.history = config.fuse.history;
   s.gate_probability = config.fuse.gate_probability;
+  s.restart_after = config.fuse.restart_after;
   s.reopen_after = config.fuse.reopen_after;
   s.kinematics = config.fuse.kinematics;
   s.q_cv_m2_s3 = config.fuse.q_cv_m2_s3;

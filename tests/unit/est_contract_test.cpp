@@ -247,6 +247,113 @@ TEST_P(EveryMethod, SimultaneousMeasurementsCommute) {
   EXPECT_EQ(one->fused(0)->mean, other->fused(0)->mean);
 }
 
+/// A drawn flight of which something is wrong: `fault` changes a measurement of t seconds, or says that there is none.
+Flight with_fault(Flight f, const std::function<bool(double t, Measurement&)>& fault) {
+  std::erase_if(f.measurements, [&](Measurement& m) { return !fault((m.epoch - Time{}).seconds(), m); });
+  return f;
+}
+
+bool is_fix(const Measurement& m) { return m.kind == Measurement::Kind::Gps; }
+
+/// Largest error of the fused track in [from, to), at the measurements that it is made of.
+double worst_m(Method& method, const Flight& f, double from_s, double to_s) {
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  double worst = 0;
+  for (const Measurement& m : f.measurements) {
+    const double t = (m.epoch - Time{}).seconds();
+    const bool used = method.process(m, m.epoch).verdict == Verdict::Accepted;
+    const auto e = method.fused(0);
+    if (!used || !e || e->data_epoch != m.epoch || t < from_s || t >= to_s) continue;
+    worst = std::max(worst, (e->mean.head<3>() - test::truth_at(pad, (e->epoch - Time{}).seconds()).m).norm());
+  }
+  return worst;
+}
+
+/// Ranges in feet from t = 40 s on, and no other radar.
+TEST_P(EveryMethod, TheOnlyRadarDoesNotTakeTheTrackFromAHealthyReceiver) {
+  if (GetParam().method == "uncorrected" || GetParam().method == "alpha-beta") GTEST_SKIP() << "does not know of GPS";
+  const Flight f = with_fault(draw_flight(21, 60, false), [](double t, Measurement& m) {
+    if (!is_fix(m) && t > 40) m.plot.range_m /= 0.3048;
+    return is_fix(m) || m.source == 0;
+  });
+  const auto method = make(f.settings);
+  EXPECT_LT(worst_m(*method, f, 20, 70), 100);
+  EXPECT_GT(method->account(0).gated, 250u);
+  EXPECT_EQ(method->account(2).gated, 0u);
+}
+
+/// One of two radars has its azimuth's sign wrong from the start.
+TEST_P(EveryMethod, ALyingRadarDoesNotTakeTheTrackFromTheOthers) {
+  if (GetParam().method == "uncorrected" || GetParam().method == "alpha-beta") GTEST_SKIP() << "does not know of GPS";
+  const Flight f = with_fault(draw_flight(22, 60, true), [](double, Measurement& m) {
+    if (!is_fix(m) && m.source == 1) m.plot.azimuth_rad = wrap_two_pi(-m.plot.azimuth_rad);
+    return true;
+  });
+  const auto method = make(f.settings);
+  EXPECT_LT(worst_m(*method, f, 30, 70), 150);
+  EXPECT_EQ(method->account(2).gated, 0u);
+}
+
+/// The receiver is 5 km off for half a minute.
+TEST_P(EveryMethod, ALyingReceiverDoesNotTakeTheTrackFromTwoRadars) {
+  const Flight f = with_fault(draw_flight(23, 80, false), [](double t, Measurement& m) {
+    if (is_fix(m) && t > 40 && t < 70) m.position.m.x() += 5000;
+    return true;
+  });
+  const auto method = make(f.settings);
+  EXPECT_LT(worst_m(*method, f, 30, 90), 100);
+  if (GetParam().method != "alpha-beta" && GetParam().method != "uncorrected") {
+    EXPECT_EQ(method->account(2).gated, 29u);  // and believed again at once
+  }
+}
+
+/// A receiver that was silent for a minute is used again with its third fix at the latest.
+TEST_P(EveryMethod, AReceiverThatReturnsIsUsed) {
+  const Flight f =
+      with_fault(draw_flight(24, 90, true), [](double t, Measurement& m) { return !is_fix(m) || t < 25 || t > 84.5; });
+  const auto method = make(f.settings);
+  EXPECT_LT(worst_m(*method, f, 87, 100), GetParam().method == "alpha-beta" ? 400 : 120);
+  EXPECT_LE(method->account(2).gated, 2u);
+}
+
+/// Position to the bit, velocity alive: the third is no fix any more.
+TEST_P(EveryMethod, TheThirdEqualFixOfAMovingVehicleIsFrozen) {
+  if (GetParam().method == "alpha-beta") GTEST_SKIP() << "has no receiver";
+  std::optional<Position<Ecef>> held;
+  const Flight f = with_fault(draw_flight(25, 40, false), [&](double t, Measurement& m) {
+    if (!is_fix(m)) return true;
+    if (t < 12) held = m.position;  // from the first fixes on
+    m.position = *held;
+    return true;
+  });
+  const auto method = make(f.settings);
+  EXPECT_LT(worst_m(*method, f, 20, 50), 150);
+  EXPECT_GE(method->account(2).frozen, 36u);
+}
+
+/// All of that at once, as it comes and late.
+TEST_P(EveryMethod, WhoIsBelievedDoesNotDependOnTheOrderOfArrival) {
+  const Flight f = with_fault(draw_flight(26, 60, true), [](double t, Measurement& m) {
+    if (is_fix(m) && t > 25 && t < 40) return false;
+    if (is_fix(m) && t > 60) m.position.m.x() += 5000;
+    if (!is_fix(m) && m.source == 1 && t > 45) m.plot.range_m += 600;
+    if (!is_fix(m) && m.source == 0 && t > 62) m.plot.range_m /= 0.3048;
+    return true;
+  });
+  const auto in_order = make(f.settings);
+  for (const Measurement& m : f.measurements) (void)in_order->process(m, m.epoch);
+  std::mt19937_64 rng(7);
+  std::vector<std::pair<Time, std::size_t>> arrival;
+  for (std::size_t i = 0; i < f.measurements.size(); ++i)
+    arrival.push_back({f.measurements[i].epoch + milliseconds(static_cast<std::int64_t>(rng() % 3000)), i});
+  std::sort(arrival.begin(), arrival.end());
+  const auto late = make(f.settings);
+  for (const auto& [received, i] : arrival) (void)late->process(f.measurements[i], received);
+  EXPECT_EQ(in_order->fused(0)->mean, late->fused(0)->mean);
+  EXPECT_EQ(in_order->fused(0)->cov, late->fused(0)->cov);
+  EXPECT_EQ(in_order->bias(1).value, late->bias(1).value);
+}
+
 /// A target that circles both radars at 90 km for as long as asked for: plots every 50 ms, a fix every two seconds.
 class Circling {
  public:

@@ -10,6 +10,7 @@
 #include <downrange/est/async_fusion.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
+#include <downrange/est/target_life.hpp>
 
 namespace downrange {
 
@@ -26,6 +27,7 @@ struct RadarBias {
   Time epoch;    ///< epoch of the last plot
   std::uint64_t samples = 0;
   int rejected_in_row = 0;
+  BiasOpening opening;
 };
 
 /// A plot that waits for the fixes after it (GpsAlignment::smooth).
@@ -46,12 +48,10 @@ struct GpsTrack {
     Gaussian<6> filtered;
   };
 
-  bool started = false;
-  bool confirmed = false;  ///< a second fix agreed: before, the track is no reference
-  Time epoch;              ///< of the last accepted fix
+  GpsReference reference;
+  Time epoch;  ///< of the last fix that it followed
   Gaussian<6> state;
   LastFix last_fix;
-  int rejected_in_row = 0;
   // For the smoothed reference only.
   std::array<Knot, max_knots> knots{};  ///< the last fixes of this track, ascending
   int knot_count = 0;
@@ -67,7 +67,8 @@ class CartesianAlign {
  public:
   struct State {
     std::vector<RadarBias> radars;
-    std::vector<GpsTrack> gps;  ///< per target
+    std::vector<GpsTrack> gps;      ///< per target
+    std::vector<TargetLife> lives;  ///< likewise
   };
 
   /// `correct` false: no bias is estimated, and no fix gated by its position.
@@ -76,13 +77,19 @@ class CartesianAlign {
   [[nodiscard]] State initial() const;
   /// Room for all plots that may wait for fixes (Rewinder).
   void reserve(State& state) const;
-  /// Into the target's GPS track, and the station's account.
-  Outcome apply_fix(State& state, SourceAccount& account, const Measurement& m) const;
+  /// Into the target's GPS track, and the station's account. `fused`: where the radars saw the target at their newest
+  /// plot; none: they do not follow it.
+  Outcome apply_fix(State& state, SourceAccount& account, const Measurement& m,
+                    const std::optional<TrackEstimate>& fused) const;
+  /// GPS says that this plot, whose bias has just been brought up to date, is not of the target.
+  [[nodiscard]] bool is_refused(State& state, const Measurement& plot) const;
+  /// The track is the method's, who is right is decided by the same rules for all.
+  [[nodiscard]] const Arbitration& arbitration() const { return arbitration_; }
+  /// A plot that was not used: the radar's bias is opened again where that is due. What remains to do is the track's.
+  Remedy rejected(State& state, const Measurement& plot, Verdict verdict) const;
   /// Brings the bias of the plot's radar up to date and takes it out: position in ECEF, age 0, with what is not known
   /// of the bias as noise. For a radar that measures range.
   [[nodiscard]] TimedPosition compensated(State& state, const Measurement& m) const;
-  /// What was found of a radar's bias is forgotten.
-  void reopen(State& state, int radar) const;
 
   [[nodiscard]] std::optional<TrackEstimate> gps_track(const State& state, int target, Time at) const;
   [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
@@ -90,6 +97,7 @@ class CartesianAlign {
 
  private:
   Outcome follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const;
+  void loosen_biases(State& state, std::uint64_t radars) const;
   void start_gps(GpsTrack& gps, const Measurement& m) const;
   /// By GPS predicted to the plot, or later when the fixes after it have come.
   void align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const;
@@ -100,6 +108,7 @@ class CartesianAlign {
   [[nodiscard]] Mat<6, 6> bias_process_noise(const RadarBias& bias, double dt) const;
 
   MethodSettings settings_;
+  Arbitration arbitration_;
   bool correct_;
   double gate3_;  ///< chi2 quantile, 3 degrees of freedom; infinity when not correcting
   double gate6_;

@@ -58,6 +58,9 @@ struct BiasLayout {
 void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
                  const Eigen::Ref<const Eigen::MatrixXd>& cov);
 void reset_bias(Hypothesis& h, const RadarBlock& block);
+/// A quarter of their prior covariance is added to the biases of the radars whose bits are set: a returning receiver
+/// may show them to have been mistaken.
+void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars);
 
 /// Motion of the nine states from `at`, F P F' + Q by rows and columns: what is constant is never multiplied.
 void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt);
@@ -236,6 +239,10 @@ void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods);
 
 /// Position, velocity, acceleration of the mixture after dt seconds, moment-matched.
 [[nodiscard]] Gaussian<9> combined_motion(const Bank& bank, const ModelSet& set, int motion_at, double dt);
+/// The velocity of a motion (position, velocity, acceleration), as the check for frozen receivers takes it.
+[[nodiscard]] inline TrackVelocity velocity_of(const Gaussian<9>& motion) {
+  return {.m_s = motion.mean.segment<3>(3), .sigma_m_s = std::sqrt(motion.cov.block<3, 3>(3, 3).trace())};
+}
 /// One radar's terms, values and covariance of the mixture; the rest of the estimate is the caller's.
 [[nodiscard]] BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block);
 

@@ -7,6 +7,7 @@
 #include <downrange/est/manoeuvre.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
+#include <downrange/est/target_life.hpp>
 
 namespace downrange {
 
@@ -40,15 +41,11 @@ class Joint {
     Bank bank;
     Manoeuvre manoeuvre;  ///< kinematics vdie only
     Time data_epoch;      ///< newest accepted measurement
-    std::array<Time, max_radars> contributed{};
+    TargetLife life;
     std::vector<Radar> radars;
-    std::optional<Time> accepted_fix;
-    std::optional<Measurement> candidate_fix;  ///< the first fix of a target without GPS, until a second one agrees
     LastFix last_fix;
     double nis = 0;
     int nis_dof = 0;
-    int plots_rejected_in_row = 0;
-    int fixes_rejected_in_row = 0;
   };
   struct State {
     std::vector<Target> targets;
@@ -89,14 +86,18 @@ class Joint {
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
-  Outcome leave_regime(State& s, const Measurement& m) const;
+  Outcome update_by_fix(State& s, const Measurement& m) const;
+  Outcome first_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
   template <int M, class Linearise>
   Outcome update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate, const Linearise& linearise) const;
-  void after_rejection(State& s, const Measurement& m, Verdict verdict) const;
+  /// After a rejection; for a fix that is used after all, what became of it.
+  Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
+  void unite(Target& t, const Measurement& fix, const Vec<9>& track) const;
   [[nodiscard]] int source_of(const Measurement& m) const;
 
   MethodSettings settings_;
+  Arbitration arbitration_;
   ModelSet models_;
   ModelSet manoeuvring_;
   BiasLayout layout_;

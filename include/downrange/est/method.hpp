@@ -31,6 +31,7 @@ struct Measurement {
   Position<Ecef> position;  ///< Gps
   Velocity<Ecef> velocity;  ///< Gps, where velocity_valid
   bool velocity_valid = false;
+  bool in_flight = false;  ///< the vehicle is known to have left its pad
   double sigma_horizontal_m = 0;
   double sigma_vertical_m = 0;
   double sigma_velocity_m_s = 0;
@@ -142,6 +143,7 @@ struct MethodSettings {
   int targets = 1;
   Duration history = milliseconds(5000);
   double gate_probability = 0.9999;  ///< 1: no gate
+  Duration restart_after = milliseconds(5000);
   int reopen_after = 50;
 
   Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt

@@ -8,6 +8,7 @@
 #include <downrange/est/alpha_beta.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/rewind.hpp>
+#include <downrange/est/target_life.hpp>
 
 namespace downrange {
 
@@ -18,15 +19,16 @@ class RadarTracker {
     std::optional<AlphaBetaTracker<3>> tracker;
     AlphaBetaTracker<3>::Scan scan;  ///< of the newest plot
     Time epoch;                      ///< of the newest accepted plot
-    int rejected_in_row = 0;
+    Refusals refused;
+    TimedPlot refused_plot;  ///< newest
   };
 
   /// `radar` outlives it.
-  RadarTracker(const RadarModel& radar, const AlphaBetaSettings& tracker, int reopen_after)
-      : radar_(&radar), tracker_(tracker), reopen_after_(reopen_after) {}
+  RadarTracker(const RadarModel& radar, const AlphaBetaSettings& tracker, Duration restart_after)
+      : radar_(&radar), tracker_(tracker), restart_after_(restart_after) {}
 
   void start(State& state, int target, Time epoch, const Gaussian<9>& estimate) const;
-  /// Starts by the first plot, and again after `reopen_after` rejections in a row. Of two plots of one instant the
+  /// Starts by the first plot, and again where none was accepted for `restart_after`. Of two plots of one instant the
   /// second is Singular: there is no interval to have gains of.
   Outcome apply(State& state, const Measurement& m) const;
   /// None: no track.
@@ -35,7 +37,7 @@ class RadarTracker {
  private:
   const RadarModel* radar_;
   AlphaBetaSettings tracker_;
-  int reopen_after_;
+  Duration restart_after_;
 };
 
 /// The target's track is, of the radars that had a plot accepted within the last second before the newest one of the

@@ -6,6 +6,7 @@
 #include <downrange/est/hypothesis.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
+#include <downrange/est/target_life.hpp>
 
 namespace downrange {
 
@@ -42,6 +43,7 @@ class Schmidt {
     Time updated;  ///< newest plot that corrected the bias
     std::uint64_t samples = 0;
     int rejected_in_row = 0;  ///< by the bias
+    BiasOpening opening;      ///< by plots that the bias rejects
   };
   /// A plot that waits for the fixes after it.
   struct Held {
@@ -53,14 +55,13 @@ class Schmidt {
     bool has_state = false;    ///< the bank is sized and holds the biases
     bool without_gps = false;  ///< the regime
     bool fused_started = false;
-    bool gps_started = false;
-    bool gps_confirmed = false;  ///< a second fix agreed: before, the GPS track is no reference
-    Time epoch;                  ///< of the bank
+    GpsReference gps;
+    Time epoch;  ///< of the bank
     Time mixed;
     Bank bank;
     Time data_epoch;  ///< newest accepted plot
     Time gps_epoch;   ///< newest accepted fix
-    std::array<Time, max_radars> contributed{};
+    TargetLife life;
     std::vector<Radar> radars;
     std::array<Time, max_knots> knots{};  ///< one per fix smoothed, ascending; the last knot_count are known
     int knot_count = 0;
@@ -68,8 +69,6 @@ class Schmidt {
     LastFix last_fix;
     double nis = 0;
     int nis_dof = 0;
-    int plots_rejected_in_row = 0;
-    int fixes_rejected_in_row = 0;
   };
   struct State {
     std::vector<Target> targets;
@@ -103,6 +102,8 @@ class Schmidt {
   }
   void size_state(Target& t, Time epoch, bool without_gps) const;
   void leave_regime(Target& t) const;
+  /// The fused track is wrong by the bias of the radar that it last heard.
+  void tie_fused_to_bias(Target& t) const;
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
   void start_fused_by(Target& t, const Measurement& plot) const;
   void start_gps(Target& t, const Measurement& m) const;
@@ -116,13 +117,21 @@ class Schmidt {
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
   [[nodiscard]] bool has_reference(const Target& t, Time at) const;
+  /// The motion that a fix is judged by: the radars' where they follow the target.
+  [[nodiscard]] Vec<9> judging_motion(const Target& t, Time at) const;
+  [[nodiscard]] bool fused_agrees(const Target& t, const Measurement& fix) const;
+  /// No bias that the radar may have brings the plot together with the GPS track.
+  [[nodiscard]] bool gps_refuses(const Target& t, const Measurement& plot) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
+  void believe(Target& t, const Measurement& fix) const;
+  void unite(Target& t, const Measurement& fix) const;
   template <int M>
   Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
   Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
 
   MethodSettings settings_;
+  Arbitration arbitration_;
   ModelSet models_;
   MotionModel gps_model_;
   int knots_;

@@ -19,11 +19,9 @@ struct BatchTrack {
   int pending_count = 0;
   std::array<TimedPosition, max_batch> pending{};
   std::array<Time, max_batch> pending_epoch{};
-  Time epoch;                                  ///< of the newest plot
-  Gaussian<6> current;                         ///< base and pending fused at `epoch`
-  std::array<Time, max_radars> contributed{};  ///< last accepted plot per radar
+  Time epoch;           ///< of the newest plot
+  Gaussian<6> current;  ///< base and pending fused at `epoch`
   double nis = 0;
-  int rejected_in_row = 0;
 };
 
 /// GPS predicted to the radar epochs -> pseudo bias measurement -> bias Kalman filter per radar -> compensation ->
@@ -57,6 +55,9 @@ class Song2015 {
 
  private:
   Outcome apply_plot(State& state, const Measurement& m) const;
+  /// `refused`: GPS does not allow the plot.
+  [[nodiscard]] Outcome judge(const BatchTrack& track, SourceAccount& account, const Measurement& m,
+                              const TimedPosition& z, bool refused) const;
   void start_track(BatchTrack& track, const Measurement& m, const TimedPosition& z) const;
   void fuse_into(BatchTrack& track, const Measurement& m, const TimedPosition& z) const;
 

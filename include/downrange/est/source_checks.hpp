@@ -3,34 +3,36 @@
 /// state of bias terms.
 
 #include <downrange/est/method.hpp>
+#include <limits>
 #include <span>
 
 namespace downrange {
 
-/// Rejected fixes in a row after which a track starts again on the receiver: at 1 Hz one that returns wins in 5 s.
-inline constexpr int gps_restart_after = 5;
-
 /// Position covariance of a fix, ECEF, m^2.
 [[nodiscard]] Mat<3, 3> fix_covariance(const Measurement& fix);
 
-/// The last fix of a receiver, and the track's velocity when it first gave that fix: what follows may be made of the
-/// repeated fixes themselves and is no witness.
-struct LastFix {
-  Position<Ecef> position;
-  Velocity<Ecef> velocity;
-  Time since;
-  Velocity<Ecef> track_velocity;
-  double sigma_velocity_m_s = 0;
+/// What a track says of its own velocity, all axes together.
+struct TrackVelocity {
+  Vec<3> m_s = Vec<3>::Zero();
+  double sigma_m_s = std::numeric_limits<double>::infinity();
 };
 
-[[nodiscard]] bool repeats(const Measurement& fix, const LastFix& last);
+/// The last position of a receiver, and the track's velocity when it first gave it: what follows may be made of the
+/// repeated fixes themselves.
+struct LastFix {
+  Position<Ecef> position;
+  Time since;
+  int times = 0;
+  TrackVelocity track;
+};
 
-/// The receiver repeats its fix to the last bit although the vehicle, moving as it did at the first of them, is
-/// elsewhere: further than 3 sigma and a metre. A repeat at rest is a repeat, not a fault.
-[[nodiscard]] bool is_frozen(const Measurement& fix, const LastFix& last);
-
-/// To be called with every fix, after it was used: `track_velocity` with `cov` is what the track then knows.
-void remember(LastFix& last, const Measurement& fix, const Vec<3>& track_velocity, const Mat<3, 3>& cov);
+/// Notes the fix, to be called with every one before it is used, and tells whether the receiver is frozen: its position
+/// is that of the fixes before, to the last bit,
+/// - although the vehicle, moving as it did at the first of them, is elsewhere, further than 3 sigma and a metre;
+/// - or for the third time although the vehicle moves: it is in flight, or by the fix's own velocity, or by the track's
+///   at the first of them or now.
+/// A repeat at rest is a repeat, not a fault.
+[[nodiscard]] bool is_frozen(LastFix& last, const Measurement& fix, const TrackVelocity& track);
 
 /// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
 [[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);

@@ -32,7 +32,6 @@ class TrackLevel {
     Time data_epoch;                ///< newest accepted plot
     Gaussian<6> fused;              ///< at data_epoch
     double nis = 0;
-    int rejected_in_row = 0;
   };
   struct State {
     CartesianAlign::State align;
@@ -63,6 +62,8 @@ class TrackLevel {
 
  private:
   Outcome apply_plot(State& state, const Measurement& m) const;
+  /// `refused`: GPS does not allow the plot.
+  Outcome update(Target& t, SourceAccount& account, const Measurement& m, const TimedPosition& z, bool refused) const;
   static void start_target(Target& t, Time epoch, const Gaussian<6>& x);
   void advance(Target& t, Time to) const;
   [[nodiscard]] static bool silent(const Target& t, std::size_t radar) {

@@ -7,6 +7,7 @@
 #include <downrange/est/kinematics.hpp>
 #include <downrange/est/method.hpp>
 #include <downrange/est/source_checks.hpp>
+#include <downrange/est/target_life.hpp>
 #include <downrange/est/two_stage.hpp>
 #include <optional>
 #include <vector>
@@ -38,13 +39,10 @@ class Ts {
     Time epoch;  ///< of the track
     BiasFreeTrack<N, Eigen::Dynamic> track;
     Time data_epoch;  ///< newest accepted measurement
-    std::array<Time, max_radars> contributed{};
-    std::optional<Time> accepted_fix;
+    TargetLife life;
     LastFix last_fix;
     double nis = 0;
     int nis_dof = 0;
-    int plots_rejected_in_row = 0;
-    int fixes_rejected_in_row = 0;
   };
   struct Radar {
     Time epoch;  ///< newest accepted plot
@@ -85,11 +83,16 @@ class Ts {
   /// All biases take a step of the variances in `step_`.
   void loosen_all(State& s) const;
   Outcome apply_fix(State& s, const Measurement& m) const;
+  Outcome update_by_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
-  void after_rejection(State& s, const Measurement& m, Verdict verdict) const;
+  /// After a rejection; for a fix that is used after all, what became of it.
+  Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
+  /// The biases of the radars whose bits are set step by that share of their prior variance.
+  void loosen_priors(State& s, std::uint64_t radars, double share) const;
   [[nodiscard]] int source_of(const Measurement& m) const;
 
   MethodSettings settings_;
+  Arbitration arbitration_;
   MotionModel motion_;
   BiasLayout layout_;
   bool drifts_;

@@ -147,7 +147,8 @@ struct FuseConfig {
   double q_m2_s3 = 1000;                       ///< song2015, track-level rules: white acceleration PSD
   double alpha_beta_acceleration_m_s2 = 100;   ///< alpha-beta: between two plots, 1-sigma
   double gate_probability = 0.9999;
-  int reopen_after = 50;  ///< rejections in a row before a source's bias is opened again
+  Duration restart_after = milliseconds(5000);  ///< a track of which nothing was accepted for so long starts anew
+  int reopen_after = 50;                        ///< rejections in a row before a source's bias is opened again
   double initial_sigma_velocity_m_s = 3000;
   double initial_sigma_acceleration_m_s2 = 20;
   bool publish_on_data = true;  ///< trajectory with each measurement; false: on the tick
