@@ -23,8 +23,9 @@ class LastPlot {
   explicit LastPlot(MethodSettings settings) : settings_(std::move(settings)) {}
 
   State initial() const {
-    return {.plots = std::vector<std::optional<Measurement>>(static_cast<std::size_t>(settings_.targets)),
-            .account = {}};
+    State state;
+    state.plots.resize(static_cast<std::size_t>(settings_.targets));
+    return state;
   }
   void start(State&, int, Time, const Gaussian<9>&) const {}
   Outcome apply(State& state, const Measurement& m) const {
