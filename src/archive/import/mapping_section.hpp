@@ -48,8 +48,8 @@ class MappingSection {
   std::set<std::string> known_;
 };
 
-/// Date and time of day with their offset from UTC; nothing outside the years 1800 to 2160. Without a time of day:
-/// midnight; without an offset: UTC, where `local` allows it.
+/// Nothing for the years before 1800 and after 2160, and for a date and time without its offset from UTC. A date alone
+/// is its midnight UTC.
 [[nodiscard]] std::optional<Time> time_of(const toml::date_time& moment);
 [[nodiscard]] std::optional<Time> time_of(const toml::date& date);
 
