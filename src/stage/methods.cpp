@@ -139,6 +139,7 @@ void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
     const auto estimate = runner.method->fused(target);
     if (!estimate) continue;
     // A fix that the track does not use leaves it as it was: the same estimate is not news.
+    if (o.epoch > estimate->data_epoch) continue;
     Published& last = runner.published[static_cast<std::size_t>(target)];
     if (last.epoch == estimate->epoch && last.mean == estimate->mean) continue;
     last = {.epoch = estimate->epoch, .mean = estimate->mean};
