@@ -88,6 +88,7 @@ GpsFix from_proto(const record::GpsFix& in, Defect& defect) {
   out.sigma_velocity_m_s = in.sigma_velocity_m_s();
   out.fix = enumerator(in.fix(), FixType::Differential, "fix", defect);
   out.satellites = byte(in.satellites(), "satellites", defect);
+  out.satellites_stated = in.satellites_stated();
   out.simulated = in.simulated();
   return out;
 }

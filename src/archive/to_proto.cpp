@@ -99,6 +99,7 @@ void to_proto(const GpsFix& in, record::GpsFix& out) {
   out.set_sigma_velocity_m_s(in.sigma_velocity_m_s);
   out.set_fix(wire<record::FixType>(in.fix));
   out.set_satellites(in.satellites);
+  out.set_satellites_stated(in.satellites_stated);
   out.set_simulated(in.simulated);
 }
 

@@ -263,8 +263,17 @@ Section gps_section() {
                               "velocity noise, 1-sigma per axis"),
                        flag("use_velocity", at(&G::use_velocity), optional, "use the velocity of fixes that have one"),
                        integer("min_satellites", at(&G::min_satellites), {0, 64}, optional,
-                               "fixes that state fewer satellites are rejected"),
+                               "fixes that state fewer satellites, or none, are rejected"),
                    });
+}
+
+Section pad_section() {
+  using P = PadConfig;
+  return absent_or_single<P>(
+      "pad", "Where the vehicle stands until lift-off (topic range/mission, else its first motion).",
+      [](ServiceConfig& c) -> std::optional<P>& { return c.range.pad; },
+      with_site<P>({}, {number("radius_m", at(&P::radius_m), {10, 1e6}, optional,
+                               "before lift-off, fixes farther from the pad than this are rejected")}));
 }
 
 Section ingest_section() {
@@ -454,10 +463,10 @@ Section log_section() {
 
 const std::vector<Section>& schema() {
   static const std::vector<Section> sections{
-      range_section(),     target_section(),  radar_section(),   angle_sensor_section(),
-      telemetry_section(), antenna_section(), gps_section(),     ingest_section(),
-      align_section(),     fuse_section(),    slave_section(),   clock_section(),
-      node_section(),      dds_section(),     archive_section(), log_section()};
+      range_section(),   target_section(), radar_section(), angle_sensor_section(), telemetry_section(),
+      antenna_section(), gps_section(),    pad_section(),   ingest_section(),       align_section(),
+      fuse_section(),    slave_section(),  clock_section(), node_section(),         dds_section(),
+      archive_section(), log_section()};
   return sections;
 }
 

@@ -3,6 +3,7 @@
 
 #include <toml++/toml.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +53,28 @@ Section single(std::string name, std::string help, S& (*part)(ServiceConfig&), s
     std::vector<std::pair<std::string, std::string>> values;
     values.reserve(keys.size());
     for (const Key<S>& key : keys) values.emplace_back(name + '.' + key.info.name, key.show(part(copy)));
+    return values;
+  };
+  return section;
+}
+
+/// [name], which may be left out although keys of it are required.
+template <class S>
+Section absent_or_single(std::string name, std::string help, std::optional<S>& (*part)(ServiceConfig&),
+                         std::vector<Key<S>> keys) {
+  Section section = describe(std::move(name), std::move(help), keys);
+  section.optional = true;
+  section.read = [=, infos = section.keys](ServiceConfig& config, const toml::table& table, const std::string& path,
+                                           const Report& report) {
+    check_key_names(infos, table, path, report);
+    read_keys(keys, part(config).emplace(), table, path, report);
+  };
+  section.flatten = [=, name = section.name](const ServiceConfig& config) {
+    ServiceConfig copy = config;
+    std::vector<std::pair<std::string, std::string>> values;
+    if (const std::optional<S>& s = part(copy)) {
+      for (const Key<S>& key : keys) values.emplace_back(name + '.' + key.info.name, key.show(*s));
+    }
     return values;
   };
   return section;

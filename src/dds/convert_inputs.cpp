@@ -8,7 +8,8 @@ static_assert(int(TrackMode::Coast) == int(wire::TRACK_MODE_COAST));
 static_assert(int(FixType::Differential) == int(wire::FIX_TYPE_DIFFERENTIAL));
 static_assert(int(MissionEventKind::Mark) == int(wire::MISSION_MARK));
 static_assert(int(ObservationKind::Angles) == int(wire::OBSERVATION_ANGLES));
-static_assert(int(Reason::Frozen) == int(wire::REASON_FROZEN) && reason_count == int(wire::REASON_FROZEN) + 1);
+static_assert(int(Reason::AwayFromPad) == int(wire::REASON_AWAY_FROM_PAD) &&
+              reason_count == int(wire::REASON_AWAY_FROM_PAD) + 1);
 
 void to_wire(const RangeStamp& from, wire::RangeStamp& to) {
   to.run_id(from.run_id);
@@ -85,6 +86,7 @@ void to_wire(const GpsFix& from, wire::GpsFix& to) {
   to.sigma_velocity_m_s(from.sigma_velocity_m_s);
   to.fix(same_number<wire::FixType>(from.fix));
   to.satellites(from.satellites);
+  to.satellites_stated(from.satellites_stated);
   to.simulated(from.simulated);
 }
 
@@ -103,6 +105,7 @@ Defect from_wire(const wire::GpsFix& from, GpsFix& to) {
   to.sigma_velocity_m_s = from.sigma_velocity_m_s();
   check.enumerator("fix", from.fix(), FixType::Differential, to.fix);
   to.satellites = from.satellites();
+  to.satellites_stated = from.satellites_stated();
   to.simulated = from.simulated();
   return check.defect();
 }
@@ -155,7 +158,7 @@ Defect from_wire(const wire::Observation& from, Observation& to) {
   check.text("target_id", from.target_id().c_str(), to.target);
   check.text("receiver_id", from.receiver_id().c_str(), to.receiver);
   check.enumerator("kind", from.kind(), ObservationKind::Angles, to.kind);
-  check.enumerator("verdict", from.verdict(), Reason::Frozen, to.verdict);
+  check.enumerator("verdict", from.verdict(), Reason::AwayFromPad, to.verdict);
   to.sequence = from.sequence_number();
   to.step = from.step();
   to.epoch.ns = from.epoch_ns();

@@ -162,7 +162,7 @@ Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node) {
   to.nis = from.nis();
   to.qualified = from.qualified();
   check.enumerator("why", from.why(), Disqualification::Rejected, to.why);
-  check.enumerator("rejected_for", from.rejected_for(), Reason::Frozen, to.rejected_for);
+  check.enumerator("rejected_for", from.rejected_for(), Reason::AwayFromPad, to.rejected_for);
   to.nis_inside_95 = from.nis_inside_95();
   to.nis_count = static_cast<int>(from.nis_count());
   to.mismatch = from.mismatch();

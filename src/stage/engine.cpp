@@ -24,7 +24,7 @@ class Engine::Impl {
     if (stages.align || stages.fuse) methods_.emplace(config);
   }
 
-  void operator()(const MissionEvent&) {}  // recorded and replayed; no stage depends on the mission clock yet
+  void operator()(const MissionEvent& event) { ingest_.note(event); }
   void operator()(const RadarTspi& tspi) {
     if (stages_.ingest) take(ingest_.judge(tspi));
   }
@@ -84,7 +84,7 @@ class Engine::Impl {
   void follow(const Observation& o) {
     monitor_.count(o);
     if (!methods_ || o.verdict != Reason::Accepted) return;
-    methods_->process(o);
+    methods_->process(o, ingest_.left_pad(o.target, o.epoch));
     if (stages_.align) methods_->emit_biases(o, sink_);
     if (stages_.fuse && config_.fuse.publish_on_data) methods_->emit_trajectories(o, sink_);
   }

@@ -32,8 +32,9 @@ std::tuple<int, Name, Name, std::uint64_t> step_rank(const Event& event) {
 
 std::string_view to_string(Reason reason) {
   static constexpr std::array<std::string_view, reason_count> names{
-      "accepted", "unknown_source", "simulated_mismatch", "not_finite", "out_of_limits", "not_tracking",
-      "too_late", "from_future",    "duplicate",          "clock_step", "gated",         "frozen"};
+      "accepted",     "unknown_source", "simulated_mismatch", "not_finite",   "out_of_limits",
+      "not_tracking", "too_late",       "from_future",        "duplicate",    "clock_step",
+      "gated",        "frozen",         "no_position",        "away_from_pad"};
   return names.at(static_cast<std::size_t>(reason));
 }
 

@@ -11,6 +11,8 @@ constexpr std::size_t max_streams = 512;
 /// A vehicle is between the Dead Sea's depth below the ellipsoid and geosynchronous altitude, slower than 20 km/s.
 constexpr double radius_min_m = 6.35e6;
 constexpr double radius_max_m = 5e7;
+/// This near to latitude and longitude 0, at any height, or to the Earth's centre, a position is none.
+constexpr double no_position_m = 10;
 constexpr double speed_max_m_s = 2e4;
 /// No receiver is better than this, whatever it states.
 constexpr double sigma_floor_m = 0.1;
@@ -58,7 +60,7 @@ double stated_or(double stated, double configured, double floor) {
 
 }  // namespace
 
-Ingest::Ingest(const RangeConfig& config) : config_(config) {}
+Ingest::Ingest(const RangeConfig& config) : config_(config), departure_(config) {}
 
 Observation Ingest::judge(const RadarTspi& tspi) {
   Observation o = observation_of(ObservationKind::Radar, tspi, tspi.measured);
@@ -115,17 +117,16 @@ Observation Ingest::judge(const GpsFix& fix) {
       return Reason::UnknownSource;
     if (fix.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
     const bool three_dimensional = fix.fix == FixType::ThreeDimensional || fix.fix == FixType::Differential;
-    if (!three_dimensional || (fix.satellites > 0 && fix.satellites < config_.gps.min_satellites))
-      return Reason::NotTracking;
+    const bool stated = fix.satellites > 0 || fix.satellites_stated;
+    const bool too_few = stated && (fix.satellites == 0 || fix.satellites < config_.gps.min_satellites);
+    if (!three_dimensional || too_few) return Reason::NotTracking;
     const bool finite_velocity = !fix.velocity_valid || fix.velocity.m_s.allFinite();
     const bool finite_sigma = std::isfinite(fix.sigma_horizontal_m) && std::isfinite(fix.sigma_vertical_m) &&
                               std::isfinite(fix.sigma_velocity_m_s);
     if (!fix.position.m.allFinite() || !finite_velocity || !finite_sigma) return Reason::NotFinite;
-    const double radius = fix.position.m.norm();
-    const bool plausible_place = radius >= radius_min_m && radius <= radius_max_m;
     const bool plausible_speed = !fix.velocity_valid || fix.velocity.m_s.norm() <= speed_max_m_s;
-    if (!plausible_place || !plausible_speed || !plausible_sigmas(o)) return Reason::OutOfLimits;
-    return judge_time(o, stream_of(ObservationKind::Gps, fix.receiver, fix.target));
+    if (!plausible_speed || !plausible_sigmas(o)) return Reason::OutOfLimits;
+    return judge_fix(o);
   };
   o.verdict = reason();
   return o;
@@ -154,11 +155,28 @@ Observation Ingest::judge(Observation observation) {
                                   (!observation.velocity_valid || observation.velocity.m_s.allFinite());
     if (!whole) return Reason::NotFinite;
     if (gps && !plausible_sigmas(observation)) return Reason::OutOfLimits;
-    return judge_time(observation,
-                      stream_of(observation.kind, gps ? observation.receiver : observation.sensor, observation.target));
+    if (gps) return judge_fix(observation);
+    return judge_time(observation, stream_of(observation.kind, observation.sensor, observation.target));
   };
   observation.verdict = reason();
   return observation;
+}
+
+Reason Ingest::judge_fix(const Observation& fix) {
+  if (const Reason place = judge_place(fix); place != Reason::Accepted && place != Reason::AwayFromPad) return place;
+  const Reason time = judge_time(fix, stream_of(ObservationKind::Gps, fix.receiver, fix.target));
+  if (time != Reason::Accepted) return time;
+  departure_.note(fix);
+  return judge_place(fix);
+}
+
+Reason Ingest::judge_place(const Observation& fix) const {
+  const Eigen::Vector3d& p = fix.position.m;
+  const bool null_island = p.x() > 0 && std::hypot(p.y(), p.z()) <= no_position_m;
+  if (null_island || p.norm() <= no_position_m) return Reason::NoPosition;
+  if (p.norm() < radius_min_m || p.norm() > radius_max_m) return Reason::OutOfLimits;
+  const bool away = config_.pad && (p - config_.pad->site.ecef().m).norm() > config_.pad->radius_m;
+  return away && !departure_.left_pad(fix.target, fix.epoch) ? Reason::AwayFromPad : Reason::Accepted;
 }
 
 Ingest::Stream& Ingest::stream_of(ObservationKind kind, const Name& source, const Name& target) {

@@ -5,6 +5,8 @@
 #include <downrange/stage/range_config.hpp>
 #include <vector>
 
+#include "departure.hpp"
+
 namespace downrange {
 
 /// Judges every measurement that reaches the node. What it accepts is finite, inside the instrument's limits, inside
@@ -12,6 +14,10 @@ namespace downrange {
 class Ingest {
  public:
   explicit Ingest(const RangeConfig& config);
+
+  /// The mission clock tells when the vehicle leaves its pad.
+  void note(const MissionEvent& event) { departure_.note(event); }
+  [[nodiscard]] bool left_pad(const Name& target, Time epoch) const { return departure_.left_pad(target, epoch); }
 
   [[nodiscard]] Observation judge(const RadarTspi& tspi);
   [[nodiscard]] Observation judge(const GpsFix& fix);
@@ -37,10 +43,15 @@ class Ingest {
   };
 
   [[nodiscard]] Stream& stream_of(ObservationKind kind, const Name& source, const Name& target);
+  /// Where a fix is: a place for a vehicle, and its pad before lift-off.
+  [[nodiscard]] Reason judge_place(const Observation& fix) const;
+  /// Time, then place: a fix away from the pad still tells whether the vehicle moves.
+  [[nodiscard]] Reason judge_fix(const Observation& fix);
   /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
   [[nodiscard]] Reason judge_time(const Observation& o, Stream& stream) const;
 
   RangeConfig config_;
+  Departure departure_;
   std::vector<Stream> streams_;
 };
 

@@ -78,13 +78,14 @@ Methods::Methods(const RangeConfig& config) : config_(config), newest_(config.ta
                         .published = std::vector<Published>(config.targets.size())});
 }
 
-void Methods::process(const Observation& o) {
+void Methods::process(const Observation& o, bool in_flight) {
   Measurement m;
   m.epoch = o.epoch;
   m.kind = o.kind == ObservationKind::Gps ? Measurement::Kind::Gps : Measurement::Kind::Radar;
   m.source = source_of(o);
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
+  m.in_flight = in_flight;
   m.plot = o.measured;
   m.position = o.position;
   m.velocity = o.velocity;

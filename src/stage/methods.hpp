@@ -14,8 +14,8 @@ class Methods {
  public:
   explicit Methods(const RangeConfig& config);
 
-  /// Brings one accepted observation into every method. `true` per method where it was accepted.
-  void process(const Observation& o);
+  /// Brings one accepted observation into every method. `in_flight`: the vehicle is known to have left its pad.
+  void process(const Observation& o, bool in_flight);
 
   /// ALIGN's results: the bias of the observation's radar or tracker, for each method that took the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;

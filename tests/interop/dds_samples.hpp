@@ -59,6 +59,7 @@ inline GpsFix sample_fix(std::uint64_t sequence = 8) {
   fix.sigma_velocity_m_s = 0.125;
   fix.fix = FixType::Differential;
   fix.satellites = 11;
+  fix.satellites_stated = true;
   fix.simulated = true;
   return fix;
 }
@@ -218,6 +219,7 @@ inline void expect_equal(const GpsFix& a, const GpsFix& b) {
   EXPECT_EQ(a.sigma_velocity_m_s, b.sigma_velocity_m_s);
   EXPECT_EQ(a.fix, b.fix);
   EXPECT_EQ(a.satellites, b.satellites);
+  EXPECT_EQ(a.satellites_stated, b.satellites_stated);
   EXPECT_EQ(a.simulated, b.simulated);
 }
 

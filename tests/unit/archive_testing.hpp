@@ -93,6 +93,7 @@ inline GpsFix some_gps() {
   g.sigma_velocity_m_s = 0.15;
   g.fix = FixType::Differential;
   g.satellites = 11;
+  g.satellites_stated = true;
   g.simulated = true;
   return g;
 }

@@ -75,7 +75,30 @@ TEST(Ingest, GpsReasons) {
       {"absurd sigma", [](GpsFix& f) { f.sigma_horizontal_m = 1e200; }, Reason::OutOfLimits},
       {"epoch before all time", [](GpsFix& f) { f.epoch = Time{std::numeric_limits<std::int64_t>::min()}; },
        Reason::OutOfLimits},
-      {"inside the Earth", [](GpsFix& f) { f.position.m.setZero(); }, Reason::OutOfLimits},
+      {"no satellites, not stated", [](GpsFix& f) { f.satellites = 0; }, Reason::Accepted},
+      {"no satellites, stated",
+       [](GpsFix& f) {
+         f.satellites = 0;
+         f.satellites_stated = true;
+       },
+       Reason::NotTracking},
+      {"the Earth's centre", [](GpsFix& f) { f.position.m.setZero(); }, Reason::NoPosition},
+      {"latitude and longitude 0",
+       [](GpsFix& f) {
+         f.position = ecef_from_geodetic({0, 0, 0});
+       },
+       Reason::NoPosition},
+      {"latitude and longitude 0, at some height",
+       [](GpsFix& f) {
+         f.position = ecef_from_geodetic({0, 0, 3000});
+       },
+       Reason::NoPosition},
+      {"on the equator beside them",
+       [](GpsFix& f) {
+         f.position = ecef_from_geodetic({0, 0.01 * deg, 3000});
+       },
+       Reason::Accepted},
+      {"inside the Earth", [](GpsFix& f) { f.position.m *= 0.9; }, Reason::OutOfLimits},
       {"as fast as light", [](GpsFix& f) { f.velocity.m_s[0] = 3e8; }, Reason::OutOfLimits},
   };
   for (const FixCase& c : cases) {
@@ -84,6 +107,95 @@ TEST(Ingest, GpsReasons) {
     c.change(f);
     EXPECT_EQ(ingest.judge(f).verdict, c.expected) << c.what;
   }
+}
+
+/// Fixes before lift-off are held against the pad, which `range` has.
+class BeforeLiftoff : public testing::Test {
+ protected:
+  static RangeConfig with_pad() {
+    RangeConfig range = test::small_range();
+    range.pad = {.site = test::pad(), .radius_m = 2000};
+    return range;
+  }
+  /// At rest, `east_m` beside the pad.
+  Reason judge_at_rest(double t, double east_m, Name station = "goheung-tgs", double delay_s = 0.5) {
+    GpsFix f = fix_at(station, t, ++sequence, delay_s);
+    f.position = test::pad().ecef_of({{east_m, 0.0, 0.0}});
+    f.velocity.m_s.setZero();
+    return ingest.judge(f).verdict;
+  }
+  Reason judge_in_flight(double t, bool with_velocity = true) {
+    GpsFix f = fix_at("goheung-tgs", t, ++sequence);
+    f.velocity_valid = with_velocity;
+    return ingest.judge(f).verdict;
+  }
+  static MissionEvent lift_off(double t, bool simulated = true) {
+    MissionEvent event;
+    event.kind = MissionEventKind::Liftoff;
+    event.epoch = event.received = test::liftoff + seconds(t);
+    event.simulated = simulated;
+    return event;
+  }
+
+  Ingest ingest{with_pad()};
+  std::uint64_t sequence = 0;
+};
+
+TEST_F(BeforeLiftoff, AFixAwayFromThePadIsRejected) {
+  EXPECT_EQ(judge_at_rest(-20, 0), Reason::Accepted);
+  EXPECT_EQ(judge_at_rest(-19, 1990), Reason::Accepted);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge_at_rest(-18 + i, 2010), Reason::AwayFromPad);
+  EXPECT_FALSE(ingest.left_pad("kslv", test::liftoff - seconds(8)));
+}
+
+TEST_F(BeforeLiftoff, AfterTheMissionsLiftoffItIsNot) {
+  EXPECT_EQ(judge_in_flight(30), Reason::AwayFromPad);
+  ingest.note(lift_off(29, false));  // a rehearsal's
+  EXPECT_EQ(judge_in_flight(30.1), Reason::AwayFromPad);
+  ingest.note(lift_off(29));
+  EXPECT_EQ(judge_in_flight(31), Reason::Accepted);
+  EXPECT_EQ(judge_at_rest(28, 3000, "jeju-tgs", 4), Reason::AwayFromPad) << "late, of before";
+}
+
+TEST_F(BeforeLiftoff, ALiftoffThatIsPutOffHoldsFromThenOn) {
+  ingest.note(lift_off(0));
+  EXPECT_TRUE(ingest.left_pad("kslv", test::liftoff + seconds(1)));
+  ingest.note(lift_off(60));
+  EXPECT_FALSE(ingest.left_pad("kslv", test::liftoff + seconds(1)));
+}
+
+TEST_F(BeforeLiftoff, TheFirstMotionWillDo) {
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge_at_rest(-10 + i, 0), Reason::Accepted);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge_in_flight(i), Reason::Accepted) << i;
+  EXPECT_TRUE(ingest.left_pad("kslv", test::liftoff + seconds(1)));
+  EXPECT_FALSE(ingest.left_pad("kslv", test::liftoff - seconds(2)));
+  EXPECT_FALSE(ingest.left_pad("nobody", test::liftoff + seconds(1)));
+}
+
+TEST_F(BeforeLiftoff, ANodeThatStartsInFlightBelievesAfterThreeFixes) {
+  for (const bool with_velocity : {true, false}) {
+    Ingest fresh{with_pad()};
+    std::swap(ingest, fresh);
+    EXPECT_EQ(judge_in_flight(30, with_velocity), Reason::AwayFromPad);
+    EXPECT_EQ(judge_in_flight(31, with_velocity), Reason::AwayFromPad);
+    EXPECT_EQ(judge_in_flight(32, with_velocity), Reason::Accepted);
+  }
+}
+
+TEST_F(BeforeLiftoff, AReceiverThatJumpsAboutDoesNotMove) {
+  for (int i = 0; i < 20; ++i) {
+    GpsFix f = fix_at("goheung-tgs", i, ++sequence);
+    f.position = test::pad().ecef_of({{i % 2 == 0 ? 5000.0 : 9000.0, 0.0, 0.0}});
+    f.velocity_valid = i >= 10;
+    f.velocity.m_s.setZero();
+    EXPECT_EQ(ingest.judge(f).verdict, Reason::AwayFromPad) << i;
+  }
+}
+
+TEST_F(BeforeLiftoff, ACentreHoldsItAgainstThePadToo) {
+  const Observation far = Ingest(test::small_range()).judge(fix_at("goheung-tgs", 30, 1));
+  EXPECT_EQ(far.verdict, Reason::Accepted);
+  EXPECT_EQ(ingest.judge(far).verdict, Reason::AwayFromPad);
 }
 
 TEST(Ingest, AngleReasons) {

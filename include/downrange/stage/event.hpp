@@ -61,7 +61,8 @@ struct GpsFix {
   double sigma_vertical_m = 0;    ///< likewise
   double sigma_velocity_m_s = 0;  ///< likewise, per axis
   FixType fix = FixType::ThreeDimensional;
-  std::uint8_t satellites = 0;  ///< 0: not stated
+  std::uint8_t satellites = 0;
+  bool satellites_stated = false;  ///< else 0 satellites mean that nothing was said of them
   bool simulated = false;
 };
 
@@ -93,8 +94,10 @@ enum class Reason : std::uint8_t {
   ClockStep,          ///< epoch runs backwards while the sender's sequence runs forwards
   Gated,              ///< innovation outside the method's gate
   Frozen,             ///< a receiver that repeats one fix while the vehicle moves
+  NoPosition,         ///< latitude and longitude 0, or the Earth's centre: what receivers say that know nothing
+  AwayFromPad,        ///< before lift-off, farther from the pad than pad.radius_m
 };
-inline constexpr std::size_t reason_count = 12;
+inline constexpr std::size_t reason_count = 14;
 /// The reason in snake_case, as logs, screens and archives show it.
 [[nodiscard]] std::string_view to_string(Reason reason);
 

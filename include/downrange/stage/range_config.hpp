@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include <downrange/est/method.hpp>
@@ -165,6 +166,12 @@ struct TargetConfig {
   Name id;
 };
 
+/// Where the vehicle stands until lift-off.
+struct PadConfig {
+  Site site;
+  double radius_m = 2000;  ///< before lift-off, fixes farther from it are rejected
+};
+
 struct RangeConfig {
   Name name;
   Duration tick = milliseconds(25);
@@ -175,6 +182,7 @@ struct RangeConfig {
   std::vector<TelemetryConfig> telemetry;
   std::vector<AntennaConfig> antennas;
   GpsConfig gps;
+  std::optional<PadConfig> pad;
   IngestConfig ingest;
   AlignConfig align;
   FuseConfig fuse;

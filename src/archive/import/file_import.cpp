@@ -197,7 +197,8 @@ class FileImport {
     gps.sigma_vertical_m = or_zero(v, Field::SigmaVertical);
     gps.sigma_velocity_m_s = or_zero(v, Field::SigmaVelocity);
     if (v.has(Field::FixType)) gps.fix = static_cast<FixType>(v.value(Field::FixType));
-    if (v.has(Field::Satellites)) gps.satellites = static_cast<std::uint8_t>(v.value(Field::Satellites));
+    gps.satellites_stated = v.has(Field::Satellites);
+    if (gps.satellites_stated) gps.satellites = static_cast<std::uint8_t>(v.value(Field::Satellites));
     values.position = gps.position;
     return gps;
   }
