@@ -68,6 +68,30 @@ RadarBias read_bias(TomlSection& radar, std::string_view key, const Limits& limi
   return bias;
 }
 
+RadarFault read_radar_fault(TomlSection toml, const Scenario& scenario, bool ranging) {
+  RadarFault fault;
+  fault.when = read_window(toml, "from_s", "to_s", {scenario.start_s, scenario.end_s});
+  if (ranging) {
+    fault.range_factor = toml.number("range_factor", any, 1);
+    fault.range_offset_m = toml.number("range_offset_m", any, 0);
+  }
+  fault.azimuth_factor = toml.number("azimuth_factor", any, 1);
+  fault.azimuth_offset_rad = toml.number("azimuth_offset_deg", any, 0) * deg;
+  fault.elevation_offset_rad = toml.number("elevation_offset_deg", any, 0) * deg;
+  toml.reject_unknown();
+  return fault;
+}
+
+GpsFault read_gps_fault(TomlSection toml, const Scenario& scenario) {
+  GpsFault fault;
+  fault.when = read_window(toml, "from_s", "to_s", {scenario.start_s, scenario.end_s});
+  fault.offset_enu_m = {toml.number("east_m", any, 0), toml.number("north_m", any, 0), toml.number("up_m", any, 0)};
+  fault.drift_enu_m_s = {toml.number("drift_east_m_s", any, 0), toml.number("drift_north_m_s", any, 0),
+                         toml.number("drift_up_m_s", any, 0)};
+  toml.reject_unknown();
+  return fault;
+}
+
 /// What a tracker has of a radar.
 RadarConfig radar_without_range(const AngleSensorConfig& sensor) {
   RadarConfig radar;
@@ -104,6 +128,7 @@ RadarScenario read_sensor(TomlSection& toml, const RadarConfig& known, const Sce
   std::tie(radar.latency_s, radar.latency_jitter_s) = read_delay(toml, "latency_ms", "latency_jitter_ms");
   if (toml.optional("bias")) radar.bias = read_bias(toml, "bias", any, ranging);
   if (toml.optional("bias_sigma")) radar.bias_sigma = read_bias(toml, "bias_sigma", from_zero, ranging);
+  for (TomlSection& fault : toml.sections("fault")) radar.faults.push_back(read_radar_fault(fault, scenario, ranging));
   toml.reject_unknown();
   return radar;
 }
@@ -130,7 +155,9 @@ GpsScenario read_gps(TomlSection toml, const Scenario& scenario) {
   gps.outages = toml.windows("outages_s");
   gps.latency_s = toml.number("latency_ms", {0, 60'000}, 0) / 1000;
   gps.states_accuracy = toml.flag("states_accuracy", false);
+  gps.satellites_stated = toml.optional("satellites");
   gps.satellites = static_cast<int>(toml.number("satellites", {0, 255}, 0));
+  for (TomlSection& fault : toml.sections("fault")) gps.faults.push_back(read_gps_fault(fault, scenario));
   toml.reject_unknown();
   return gps;
 }

@@ -31,6 +31,23 @@ struct RadarBias {
   double time_tag_s = 0;  ///< positive: the radar's clock is fast, its stamps are later than the truth
 };
 
+/// What a radar says while something is wrong with it: measured * factor + offset, after noise and bias.
+struct RadarFault {
+  Window when;
+  double range_factor = 1;  ///< 3.28: feet
+  double range_offset_m = 0;
+  double azimuth_factor = 1;  ///< -1: the sign of the other convention
+  double azimuth_offset_rad = 0;
+  double elevation_offset_rad = 0;
+};
+
+/// Where a receiver says it is while something is wrong with it.
+struct GpsFault {
+  Window when;
+  Eigen::Vector3d offset_enu_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d drift_enu_m_s = Eigen::Vector3d::Zero();  ///< from the fault's begin on
+};
+
 struct RadarScenario {
   Name id;
   Site site;
@@ -52,6 +69,7 @@ struct RadarScenario {
   double latency_jitter_s = 0;  ///< delay is uniform in latency -+ jitter
   RadarBias bias;               ///< the same in every run
   RadarBias bias_sigma;         ///< 1-sigma of what is drawn per run and added
+  std::vector<RadarFault> faults;
 };
 
 /// The vehicle's receiver.
@@ -64,9 +82,11 @@ struct GpsScenario {
   double coloured_tau_s = 60;
   double sigma_velocity_m_s = 0;  ///< per axis; 0: fixes carry no velocity
   std::vector<Window> outages;
+  std::vector<GpsFault> faults;
   double latency_s = 0;  ///< from the fix's epoch to its transmission
   bool states_accuracy = false;
   int satellites = 0;
+  bool satellites_stated = false;
 };
 
 /// A telemetry ground station that relays the receiver's fixes.

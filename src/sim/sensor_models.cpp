@@ -12,9 +12,10 @@ namespace {
 
 constexpr double azimuth_reference_rad = std::numbers::pi;  // south
 
+bool inside(const Window& window, double t_s) { return t_s >= window.first && t_s < window.second; }
+
 bool inside(const std::vector<Window>& windows, double t_s) {
-  return std::any_of(windows.begin(), windows.end(),
-                     [t_s](const Window& w) { return w.first <= t_s && t_s < w.second; });
+  return std::any_of(windows.begin(), windows.end(), [t_s](const Window& w) { return inside(w, t_s); });
 }
 
 /// Instants phase + k / rate in [from, to), seconds after lift-off; each computed afresh so that none drifts.
@@ -67,6 +68,7 @@ GpsFix make_fix(const Scenario& scenario, double t_s, const score::TrueState& st
     fix.sigma_velocity_m_s = gps.sigma_velocity_m_s;
   }
   fix.satellites = static_cast<std::uint8_t>(gps.satellites);
+  fix.satellites_stated = gps.satellites_stated;
   fix.simulated = scenario.simulated;
   return fix;
 }
@@ -93,7 +95,11 @@ std::vector<GpsFix> receiver_fixes(const Scenario& scenario, const score::TruthF
     const Eigen::Vector3d velocity_error = gps.sigma_velocity_m_s * normal3();
     const std::optional<score::TrueState> state = truth(scenario.liftoff + seconds(t_s));
     if (!state || inside(gps.outages, t_s)) continue;
-    fixes.push_back(make_fix(scenario, t_s, *state, error_enu, velocity_error));
+    Eigen::Vector3d fault_enu = Eigen::Vector3d::Zero();
+    for (const GpsFault& fault : gps.faults) {
+      if (inside(fault.when, t_s)) fault_enu += fault.offset_enu_m + (t_s - fault.when.first) * fault.drift_enu_m_s;
+    }
+    fixes.push_back(make_fix(scenario, t_s, *state, error_enu + fault_enu, velocity_error));
   }
   return fixes;
 }
@@ -179,6 +185,12 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
       plot.measured.azimuth_rad += outlier_error.azimuth_rad;
       plot.measured.elevation_rad += outlier_error.elevation_rad;
       run.outlier_sequences.push_back(plot.sequence);
+    }
+    for (const RadarFault& fault : radar.faults) {
+      if (!inside(fault.when, t_s)) continue;
+      plot.measured.range_m = fault.range_factor * plot.measured.range_m + fault.range_offset_m;
+      plot.measured.azimuth_rad = fault.azimuth_factor * plot.measured.azimuth_rad + fault.azimuth_offset_rad;
+      plot.measured.elevation_rad += fault.elevation_offset_rad;
     }
     plot.measured.azimuth_rad = wrap_two_pi(plot.measured.azimuth_rad);
     plot.snr_db = 20 - 20 * std::log10(q.range_m / 1e6);  // beacon: one-way loss, 20 dB at 1 000 km

@@ -310,6 +310,44 @@ TEST(Radar, OutliersAreRareLargeAndListed) {
   }
 }
 
+TEST(Radar, FaultsChangeWhatItSaysWhileTheyLastAndNothingElse) {
+  Scenario scenario = make_scenario();
+  const Simulation well(scenario, seed);
+  scenario.radars[0].faults = {{.when = {200, 210}, .range_factor = 2, .range_offset_m = -150'000},
+                               {.when = {300, 310}, .azimuth_factor = -1, .elevation_offset_rad = 1 * deg}};
+  const Simulation faulty(scenario, seed);
+  const auto before = all_of<RadarTspi>(well);
+  const auto after = all_of<RadarTspi>(faulty);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double t = (before[i].epoch - scenario.liftoff).seconds();
+    Polar expected = before[i].measured;
+    if (t >= 200 && t < 210) expected.range_m = 2 * expected.range_m - 150'000;
+    if (t >= 300 && t < 310) {
+      expected.azimuth_rad = wrap_two_pi(-expected.azimuth_rad);
+      expected.elevation_rad += 1 * deg;
+    }
+    EXPECT_NEAR(after[i].measured.range_m, expected.range_m, 1e-6) << t;
+    EXPECT_NEAR(after[i].measured.azimuth_rad, expected.azimuth_rad, 1e-12) << t;
+    EXPECT_NEAR(after[i].measured.elevation_rad, expected.elevation_rad, 1e-12) << t;
+  }
+}
+
+TEST(Gps, AFaultDisplacesTheReceiver) {
+  Scenario scenario = make_scenario();
+  const Simulation well(scenario, seed);
+  scenario.gps.faults = {{.when = {100, 200}, .offset_enu_m = {0, 0, 50}, .drift_enu_m_s = {0, 0, 10}}};
+  const Simulation faulty(scenario, seed);
+  const auto before = all_of<GpsFix>(well);
+  const auto after = all_of<GpsFix>(faulty);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double t = (before[i].epoch - scenario.liftoff).seconds();
+    const double off_m = t >= 100 && t < 200 ? 50 + 10 * (t - 100) : 0;
+    EXPECT_NEAR((after[i].position.m - before[i].position.m).norm(), off_m, 1e-6) << t;
+  }
+}
+
 TEST(Radar, AnotherSensorChangesNothing) {
   const Scenario alone = make_scenario();
   Scenario crowded = alone;
