@@ -74,7 +74,8 @@ class Participant::Impl {
   fdds::Topic* topic(const char* name, const fdds::TypeSupport& type);
 
   Entities entities_;
-  std::mutex mutex_;  ///< of topics_
+  std::mutex mutex_;                                     ///< of the next two
+  std::chrono::steady_clock::time_point leaving_until_;  ///< writers that are deleted wait for their readers until then
   std::map<std::string, fdds::Topic*> topics_;
   std::map<std::string, fdds::DataWriterQos> writer_qos_;
   std::map<std::string, fdds::DataReaderQos> reader_qos_;

@@ -14,6 +14,7 @@
 
 #include "dds/entities.hpp"
 #include "dds/log_router.hpp"
+#include "dds/peer_memory.hpp"
 #include "dds/qos.hpp"
 
 namespace downrange::dds {
@@ -28,8 +29,8 @@ constexpr int last_domain = 232;  ///< the ports of later domains would exceed 6
 /// Later ones use ports that Linux also hands out to any program that asks for some port.
 constexpr int last_undisturbed_domain = 101;
 constexpr const char* participant_profile = "downrange";
-/// How long a writer that goes away waits for its readers to have its last samples.
-const eprosima::fastrtps::Duration_t last_words{0, 300'000'000};
+/// How long the writers of a node that goes away wait, all together, for their readers to have their last samples.
+constexpr std::chrono::milliseconds last_words{300};
 
 [[nodiscard]] bool ok(const ReturnCode_t& code) { return code == ReturnCode_t::RETCODE_OK; }
 
@@ -100,13 +101,16 @@ void Participant::Impl::open(int domain, const std::string& profiles) {
     throw DdsError(profiles + ": no participant profile '" + participant_profile + "'");
   }
   qos.name(std::string(node.view()));
+  if (clock == ClockMode::Range) adapt_to_range_clock(qos);
+  remember_peers_by_own_lease(qos);
   if (domain > last_undisturbed_domain) {
     notes.push_back(
         "domain " + std::to_string(domain) +
         ": above 101, where any program may hold one of its ports by chance: then nodes do not find each other");
   }
   if (!network_is_up()) notes.emplace_back("no network interface is up, not even loopback: no other process is heard");
-  entities_.participant = factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
+  entities_.participant =
+      factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
   if (entities_.participant == nullptr) return;
   entities_.publisher = entities_.participant->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
   entities_.subscriber = entities_.participant->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
@@ -161,7 +165,13 @@ fdds::DataReader* Participant::Impl::create_reader(const char* topic_name, const
 }
 
 void Participant::Impl::delete_writer(fdds::DataWriter* writer) {
-  writer->wait_for_acknowledgments(last_words);
+  const auto now = std::chrono::steady_clock::now();
+  {
+    const std::scoped_lock lock(mutex_);
+    if (now > leaving_until_ + last_words) leaving_until_ = now + last_words;
+  }
+  const auto left = std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(leaving_until_ - now));
+  writer->wait_for_acknowledgments({0, static_cast<std::uint32_t>(left.count())});
   // Fast DDS 2.9.1 frees the history of a writer that it deletes without the lock that its heartbeats hold: a heartbeat
   // in that moment walks freed samples for ever. Without history there is nothing to walk.
   std::size_t cleared = 0;

@@ -18,6 +18,9 @@ constexpr std::array<const char*, 13> topic_names{
 /// A writer waits this long for slow readers before its write fails.
 const eprosima::fastrtps::Duration_t range_blocking_time{10, 0};
 
+/// A consumer that died holds the flight back no longer than this: shorter than the driver's timeout.
+const eprosima::fastrtps::Duration_t range_lease{5, 0};
+
 bool is_stream(std::string_view topic) {
   return topic != topics::clock_ack && topic != topics::health && topic != topics::status;
 }
@@ -35,6 +38,10 @@ void make_timeless(Qos& qos) {
 }  // namespace
 
 std::span<const char* const> all_topics() { return topic_names; }
+
+void adapt_to_range_clock(DomainParticipantQos& qos) {
+  qos.wire_protocol().builtin.discovery_config.leaseDuration = range_lease;
+}
 
 void adapt_to_range_clock(std::string_view topic, DataWriterQos& qos) {
   if (!is_stream(topic)) return;

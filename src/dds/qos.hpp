@@ -1,6 +1,7 @@
 #pragma once
 /// Inside src/dds: how the profiles are changed for the range clock.
 
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <span>
@@ -11,6 +12,8 @@ namespace downrange::dds {
 /// Every topic must have a writer and a reader profile of its name.
 [[nodiscard]] std::span<const char* const> all_topics();
 
+/// The lease of participants: that of the wall clock outlives outages, which a run on the range clock does not.
+void adapt_to_range_clock(eprosima::fastdds::dds::DomainParticipantQos& qos);
 /// Topics whose newest sample says all (clock_ack, health, status) keep their profile on the range clock. The others
 /// are a stream: keep all, bounded blocking, volatile, neither deadline, lifespan nor lease.
 void adapt_to_range_clock(std::string_view topic, eprosima::fastdds::dds::DataWriterQos& qos);

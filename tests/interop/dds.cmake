@@ -9,6 +9,16 @@ add_dependencies(dds_ownership_test dds_owner_node)
 target_compile_definitions(dds_ownership_test PRIVATE OWNER_NODE="$<TARGET_FILE:dds_owner_node>")
 downrange_test(dds_release_test ${CMAKE_CURRENT_LIST_DIR}/dds_release_test.cpp LIBS downrange_dds downrange_dds_idl)
 
+# An outage, and who is heard again: not only with Fast DDS as the nodes have it, but as it comes.
+add_executable(dds_outage_node ${CMAKE_CURRENT_LIST_DIR}/dds_outage_node.cpp)
+target_link_libraries(dds_outage_node PRIVATE downrange_options downrange_dds)
+add_executable(fast_range_peer ${CMAKE_CURRENT_LIST_DIR}/fast_range_peer.cpp)
+target_link_libraries(fast_range_peer PRIVATE downrange_options downrange_dds_idl)
+# The cases that failed before; all of them: dds_outage_test.sh FOLDER.
+add_test(NAME dds_outage_test COMMAND ${CMAKE_CURRENT_LIST_DIR}/dds_outage_test.sh ${CMAKE_CURRENT_BINARY_DIR} link:7 link:12
+                                      stop:7)
+set_tests_properties(dds_outage_test PROPERTIES TIMEOUT 180 LABELS interop SKIP_RETURN_CODE 77)
+
 # Another vendor's consumer, where that vendor's library is installed. Both generators name their files after the IDL file.
 find_package(CycloneDDS QUIET)
 find_program(IDLC idlc)
@@ -24,6 +34,8 @@ if(CycloneDDS_FOUND AND IDLC)
   target_link_libraries(cyclone_idl PUBLIC CycloneDDS::ddsc PRIVATE downrange_hardening)
   add_executable(cyclone_slaving_client ${CMAKE_CURRENT_LIST_DIR}/cyclone_slaving_client.c)
   target_link_libraries(cyclone_slaving_client PRIVATE downrange_options cyclone_idl)
+  add_executable(cyclone_radar_sender ${CMAKE_CURRENT_LIST_DIR}/cyclone_radar_sender.c)
+  target_link_libraries(cyclone_radar_sender PRIVATE downrange_options cyclone_idl)
 
   downrange_test(dds_cyclone_test ${CMAKE_CURRENT_LIST_DIR}/dds_cyclone_test.cpp LIBS downrange_dds
                  downrange_dds_idl)
