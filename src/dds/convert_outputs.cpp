@@ -189,6 +189,7 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatus& to) {
   to.latency_max_us(from.latency_us[3]);
   to.archive_state() = from.archive_state;
   to.state() = from.state;
+  to.mismatch() = from.mismatch;
 }
 
 Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to) {
@@ -209,6 +210,7 @@ Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to) {
   to.latency_us = {from.latency_p50_us(), from.latency_p95_us(), from.latency_p99_us(), from.latency_max_us()};
   to.archive_state = from.archive_state().to_string();
   to.state = from.state().to_string();
+  to.mismatch = from.mismatch().to_string();
   return check.defect();
 }
 

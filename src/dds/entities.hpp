@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "dds/convert.hpp"
+#include "dds/mismatch.hpp"
 #include "dds/participant.hpp"
 #include "dds/wire_type.hpp"
 
@@ -55,6 +56,7 @@ class Participant::Impl {
   Name node;
   ClockMode clock;
   std::vector<std::string> notes;
+  Mismatches mismatches;  ///< outlives the participant, which calls it
 
  private:
   /// Deletes whatever of them was created.

@@ -110,7 +110,7 @@ void Participant::Impl::open(int domain, const std::string& profiles) {
   }
   if (!network_is_up()) notes.emplace_back("no network interface is up, not even loopback: no other process is heard");
   entities_.participant =
-      factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos);
+      factory->create_participant(static_cast<fdds::DomainId_t>(domain), qos, &mismatches, fdds::StatusMask::none());
   if (entities_.participant == nullptr) return;
   entities_.publisher = entities_.participant->create_publisher(fdds::PUBLISHER_QOS_DEFAULT);
   entities_.subscriber = entities_.participant->create_subscriber(fdds::SUBSCRIBER_QOS_DEFAULT);
@@ -151,6 +151,8 @@ fdds::DataWriter* Participant::Impl::create_writer(const char* topic_name, const
   const LogCapture log;
   fdds::DataWriter* writer = entities_.publisher->create_datawriter(topic(topic_name, type), qos, &listener);
   if (writer == nullptr) throw refused("writer", topic_name, log);
+  mismatches.add_own(WriterEndpoint{topic_name, type.get_type_name(), type->m_isGetKeyDefined,
+                                    qos.get_writerqos(entities_.publisher->get_qos(), fdds::TOPIC_QOS_DEFAULT)});
   return writer;
 }
 
@@ -161,6 +163,8 @@ fdds::DataReader* Participant::Impl::create_reader(const char* topic_name, const
   const LogCapture log;
   fdds::DataReader* reader = entities_.subscriber->create_datareader(topic(topic_name, type), qos, &listener);
   if (reader == nullptr) throw refused("reader", topic_name, log);
+  mismatches.add_own(ReaderEndpoint{topic_name, type.get_type_name(), type->m_isGetKeyDefined,
+                                    qos.get_readerqos(entities_.subscriber->get_qos())});
   return reader;
 }
 
@@ -186,5 +190,6 @@ Participant::~Participant() = default;
 const Name& Participant::node() const { return impl_->node; }
 ClockMode Participant::clock() const { return impl_->clock; }
 const std::vector<std::string>& Participant::notes() const { return impl_->notes; }
+std::vector<std::string> Participant::mismatches() const { return impl_->mismatches.texts(); }
 
 }  // namespace downrange::dds

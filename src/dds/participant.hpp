@@ -45,6 +45,9 @@ class Participant {
   [[nodiscard]] ClockMode clock() const;
   /// What the operator should know of how the domain was opened, e.g. that no network interface is up.
   [[nodiscard]] const std::vector<std::string>& notes() const;
+  /// Others' readers and writers, there at this moment, that do not match this node's of the same topic; each in words:
+  /// topic, whose and where from, policy or type, what is offered and what is asked.
+  [[nodiscard]] std::vector<std::string> mismatches() const;
 
   class Impl;
   [[nodiscard]] Impl& impl() { return *impl_; }

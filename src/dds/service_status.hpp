@@ -29,6 +29,8 @@ struct ServiceStatus {
   std::array<double, 4> latency_us{};  ///< received -> result written: median, 95 %, 99 %, maximum
   std::string archive_state;           ///< e.g. "recording", "off", "disk full"
   std::string state;                   ///< e.g. "running", "waiting for the range clock"
+  /// At most 255 characters: how many of Participant::mismatches() there are, and the first. Empty: none.
+  std::string mismatch;
 };
 
 }  // namespace downrange::dds

@@ -1,4 +1,4 @@
-foreach(name dds_loopback_test dds_lockstep_test)
+foreach(name dds_loopback_test dds_lockstep_test dds_mismatch_test)
   downrange_test(${name} ${CMAKE_CURRENT_LIST_DIR}/${name}.cpp LIBS downrange_dds downrange_dds_idl)
 endforeach()
 

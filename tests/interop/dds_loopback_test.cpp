@@ -106,6 +106,7 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   status.write_failures = 7;
   status.latency_us = {8, 9, 10, 11};
   status.archive_state = "recording";
+  status.mismatch = "1 of others: range/gps";
   status.state = "running";
   for (const Result& result : {Result(sample_observation()), Result(sample_bias()), Result(sample_trajectory()),
                                Result(sample_command()), Result(sample_health())}) {
@@ -135,6 +136,7 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   EXPECT_EQ(received.write_failures, status.write_failures);
   EXPECT_EQ(received.latency_us, status.latency_us);
   EXPECT_EQ(received.archive_state, status.archive_state);
+  EXPECT_EQ(received.mismatch, status.mismatch);
   EXPECT_EQ(received.state, status.state);
   EXPECT_EQ(writers.counts().failures, 0U);
 }

@@ -78,6 +78,16 @@ TEST(WatchBoard, ANameCannotGiveOrdersToTheTerminal) {
   EXPECT_TRUE(shows(board.lines(start, utc), "\\x1b[2Jrocket\\x0d"));
 }
 
+TEST(WatchBoard, WhoDoesNotMatchIsNamed) {
+  Board board(dds::ClockMode::Wall);
+  dds::ServiceStatus s = status("node", utc);
+  board.take(s, start);
+  EXPECT_FALSE(shows(board.lines(start, utc), "DOES NOT MATCH"));
+  s.mismatch = "1 of others: range/gps: writer 'tgs' at 10.0.0.2";
+  board.take(s, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "DOES NOT MATCH  1 of others: range/gps: writer 'tgs' at 10.0.0.2"));
+}
+
 TEST(WatchBoard, OnTheRangeClockTheNewestRangeTimeDoes) {
   Board board(dds::ClockMode::Range);
   board.take(Result(command(utc)), start);

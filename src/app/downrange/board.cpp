@@ -176,6 +176,7 @@ std::string Board::node_lines(Clock::time_point now) const {
                   static_cast<unsigned long long>(s.consumed), static_cast<unsigned long long>(s.emitted),
                   s.latency_us[2], s.archive_state.c_str());
     text += line;
+    if (!s.mismatch.empty()) text += "  DOES NOT MATCH  " + s.mismatch + '\n';
   }
   return text;
 }

@@ -297,6 +297,7 @@ void Service::publish_status() {
   status.latency_us = {latency_.quantile_us(0.5), latency_.quantile_us(0.95), latency_.quantile_us(0.99),
                        latency_.max_us()};
   status.state = state_;
+  status.mismatch = report_mismatches();
   outputs_.publish(status);
   report_losses(status.dropped, queue, read, written);
 }
@@ -315,13 +316,19 @@ void Service::report_losses(std::uint64_t dropped, const EventQueue::Losses& que
   if (written.failures != reported_.write_failures) {
     spdlog::error("results not written so far: {}: {}", written.failures, written.last_failure);
   }
-  const std::uint64_t incompatible = read.incompatible + written.incompatible;
-  if (incompatible != reported_.incompatible) {
-    spdlog::warn("peers met whose QoS does not suit: {} writers, {} readers", read.incompatible, written.incompatible);
-  }
   const std::uint64_t expired = expired_before_ + (flight_ ? flight_->expired() : 0);
   if (expired != reported_.expired) spdlog::warn("commands not sent so far, for they had expired: {}", expired);
-  reported_ = {dropped, written.failures, incompatible, expired};
+  reported_ = {dropped, written.failures, expired};
+}
+
+std::string Service::report_mismatches() {
+  const std::vector<std::string> mismatches = participant_.mismatches();
+  for (const std::string& mismatch : mismatches) {
+    if (!reported_mismatches_.contains(mismatch)) spdlog::warn("does not match: {}", mismatch);
+  }
+  reported_mismatches_ = {mismatches.begin(), mismatches.end()};
+  if (mismatches.empty()) return {};
+  return fmt::format("{} of others: {}", mismatches.size(), mismatches.front());
 }
 
 }  // namespace downrange::app

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -55,7 +56,6 @@ class Service {
   struct Reported {
     std::uint64_t dropped = 0;
     std::uint64_t write_failures = 0;
-    std::uint64_t incompatible = 0;
     std::uint64_t expired = 0;
   };
   using Clock = std::chrono::steady_clock;
@@ -86,6 +86,8 @@ class Service {
   [[nodiscard]] dds::ReadCounts read_counts() const;
   void report_losses(std::uint64_t dropped, const EventQueue::Losses& queue, const dds::ReadCounts& read,
                      const dds::WriteCounts& written);
+  /// Logs who does not match, each once; for the status.
+  [[nodiscard]] std::string report_mismatches();
 
   const config::ServiceConfig config_;
   std::function<void()> on_failure_;
@@ -109,6 +111,7 @@ class Service {
   LatencyHistogram latency_;
   Clock::time_point next_status_;
   Reported reported_;
+  std::set<std::string> reported_mismatches_;
 
   std::atomic<bool> stop_ = false;
   std::atomic<std::uint64_t> progress_ = 0;
