@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <archive/file_thread.hpp>
@@ -35,6 +36,12 @@ FileThread::FileThread(const std::filesystem::path& path, const Options& options
     : path_(path), options_(options), compressor_(options.compression) {
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (options.overwrite ? O_TRUNC : O_EXCL), 0644);
   if (fd_ < 0) throw ArchiveError(path.string() + ": cannot create the archive: " + error_text(errno));
+
+  struct stat file {};
+  if (::fstat(fd_, &file) == 0) {
+    device_ = file.st_dev;
+    inode_ = file.st_ino;
+  }
 
   Bytes header;
   put_string(header, "");  // profile
@@ -77,6 +84,12 @@ Bytes FileThread::spare_buffer() {
 void FileThread::count_lost(std::uint64_t messages) {
   const std::lock_guard lock(mutex_);
   status_.messages_lost += messages;
+}
+
+bool FileThread::in_place() const {
+  struct stat named {};
+  if (::stat(path_.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
+  return named.st_dev == device_ && named.st_ino == inode_;
 }
 
 void FileThread::finish() {

@@ -58,6 +58,9 @@ class FileThread {
   /// Writes what waits, the summary and the end of the file, and closes it. Only the first call does something.
   void finish();
 
+  /// Whether the file is still what its path names. False only where that is certain, not where the path cannot be
+  /// looked at.
+  [[nodiscard]] bool in_place() const;
   [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
   [[nodiscard]] WriterStatus status() const;
 
@@ -73,6 +76,8 @@ class FileThread {
   std::filesystem::path path_;
   Options options_;
   int fd_ = -1;
+  std::uint64_t device_ = 0;  ///< with the inode: which file it is
+  std::uint64_t inode_ = 0;
 
   // The thread's own.
   Compressor compressor_;

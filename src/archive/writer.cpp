@@ -207,6 +207,8 @@ WriterStatus Writer::close() {
 
 bool Writer::failed() const { return impl_->file().failed(); }
 
+bool Writer::in_place() const { return impl_->file().in_place(); }
+
 WriterStatus Writer::status() const { return impl_->file().status(); }
 
 }  // namespace downrange::archive

@@ -57,6 +57,8 @@ class Writer {
   [[nodiscard]] WriterStatus close();
 
   [[nodiscard]] bool failed() const;
+  /// False: the file was removed or replaced. What is written goes nowhere that can be found.
+  [[nodiscard]] bool in_place() const;
   [[nodiscard]] WriterStatus status() const;
 
  private:

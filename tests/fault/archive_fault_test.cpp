@@ -6,6 +6,9 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <archive/lasting_writer.hpp>
+#include <fstream>
+
 #include "archive_testing.hpp"
 
 namespace downrange::archive {
@@ -212,6 +215,81 @@ TEST(ArchiveDisk, ASlowDiskCostsTheChunkNotTheEngine) {
   ::close(reader_end);
   EXPECT_EQ(status.messages_written + status.messages_lost, plots);
   EXPECT_EQ(status.failure, "");
+}
+
+/// Plots into a file whose folder is not safe.
+class LastingArchive : public testing::Test {
+ protected:
+  void record(std::uint64_t plots) {
+    for (std::uint64_t i = 0; i < plots; ++i) archive_.writer().write(Event(some_radar(i)));
+  }
+  [[nodiscard]] static std::size_t plots_in(const std::filesystem::path& path) {
+    Reader reader(path);
+    const std::vector<Entry> entries = read_all(reader);
+    EXPECT_FALSE(reader.truncated());
+    return entries.size();
+  }
+  [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder_ / ("flights/" + name); }
+
+  TemporaryFolder folder_;
+  bool made_ = std::filesystem::create_directory(folder_ / "flights");
+  LastingWriter archive_{file("flight.mcap"), {}, [](Writer& writer, const std::filesystem::path& continues) {
+                           writer.metadata("downrange", {{"continues", continues.string()}});
+                         }};
+};
+
+TEST_F(LastingArchive, StaysInItsFileWhileThatIsThere) {
+  record(10);
+  EXPECT_FALSE(archive_.look());
+  record(10);
+  EXPECT_TRUE(archive_.writer().close().ok());
+  EXPECT_EQ(archive_.path(), file("flight.mcap"));
+  EXPECT_EQ(plots_in(file("flight.mcap")), 20U);
+}
+
+TEST_F(LastingArchive, GoesOnInANewFileWhenItsOwnIsRemoved) {
+  record(10);
+  std::filesystem::remove(file("flight.mcap"));
+  EXPECT_EQ(archive_.look().value_or(""), file("flight.mcap").string() +
+                                              " was removed or replaced while it was written: recording goes on in " +
+                                              file("flight-2.mcap").string());
+  EXPECT_FALSE(archive_.look());
+  record(5);
+  EXPECT_TRUE(archive_.writer().close().ok());
+  EXPECT_EQ(plots_in(file("flight-2.mcap")), 5U);
+  EXPECT_FALSE(std::filesystem::exists(file("flight.mcap")));
+  Reader reader(file("flight-2.mcap"));
+  static_cast<void>(read_all(reader));
+  EXPECT_EQ(reader.raw().metadata().at("downrange").at("continues"), file("flight.mcap").string());
+}
+
+TEST_F(LastingArchive, WritesOverNoFileThatTookItsPlace) {
+  std::ofstream(file("flight-2.mcap")) << "another's";
+  std::ofstream(file("new")) << "a stranger's";
+  std::filesystem::rename(file("new"), file("flight.mcap"));
+  EXPECT_TRUE(archive_.look());
+  EXPECT_EQ(archive_.path(), file("flight-3.mcap"));
+  EXPECT_EQ(std::filesystem::file_size(file("flight-2.mcap")), 9U);
+  EXPECT_EQ(std::filesystem::file_size(file("flight.mcap")), 12U);
+}
+
+TEST_F(LastingArchive, MakesItsFolderAnew) {
+  std::filesystem::remove_all(folder_ / "flights");
+  EXPECT_TRUE(archive_.look());
+  record(5);
+  EXPECT_TRUE(archive_.writer().close().ok());
+  EXPECT_EQ(plots_in(archive_.path()), 5U);
+}
+
+TEST_F(LastingArchive, SaysOnceWhyItCannotGoOnAndTriesAgain) {
+  std::filesystem::remove_all(folder_ / "flights");
+  std::ofstream(folder_ / "flights") << "a file in the folder's place";
+  EXPECT_NE(archive_.look().value_or("").find("cannot create the archive"), std::string::npos);
+  EXPECT_FALSE(archive_.look());
+  EXPECT_FALSE(archive_.writer().in_place());
+  std::filesystem::remove(folder_ / "flights");
+  EXPECT_NE(archive_.look().value_or("").find("goes on in"), std::string::npos);
+  EXPECT_TRUE(archive_.writer().in_place());
 }
 
 }  // namespace

@@ -159,6 +159,15 @@ expect 1 "is read as well" "$downrange" import "$work/mapping.toml" --out "$work
 expect 0 "1 of 1 rows" "$downrange" import "$work/mapping.toml" --out "$work/imported.mcap"
 cmp "$work/good.mcap" "$work/kept.mcap" || failures=$((failures + 1))
 
+# A recording whose file is taken away goes on in another.
+"$downrange" record "$naro" --domain 228 --out "$work/taken.mcap" --duration 5 2> "$work/record.log" &
+recording=$!
+until grep -q "^recording" "$work/record.log"; do sleep 0.1; done
+rm "$work/taken.mcap"
+wait "$recording"
+expect 0 "recording goes on in $work/taken-2.mcap" cat "$work/record.log"
+[ -s "$work/taken-2.mcap" ] || failures=$((failures + 1))
+
 # A screen on a range that is silent from the start ends when told to.
 expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 229 --plain --idle 1.5
 

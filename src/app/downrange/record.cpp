@@ -1,4 +1,4 @@
-#include <archive/writer.hpp>
+#include <archive/lasting_writer.hpp>
 #include <iostream>
 #include <mutex>
 
@@ -23,8 +23,10 @@ int record(const Options& o) {
     throw std::runtime_error(
         "record writes what arrives live, on the wall clock; a run on the range clock is recorded by "
         "its nodes ([archive]) and by watch --record");
-  archive::Writer writer(o.out);
-  writer.attach("config.toml", "application/toml", config.text);
+  archive::LastingWriter archive(o.out, {}, [&](archive::Writer& writer, const std::filesystem::path& continues) {
+    writer.attach("config.toml", "application/toml", config.text);
+    if (!continues.empty()) writer.metadata("downrange", {{"continues", continues.string()}});
+  });
   std::mutex mutex;  // the middleware calls back from several threads
   std::uint64_t events = 0;
   Time newest{};
@@ -37,7 +39,7 @@ int record(const Options& o) {
     // An archive is in order of `received`; callbacks of two topics may come out of order by microseconds.
     if (received_of(event) < newest) set_received(event, newest);
     newest = received_of(event);
-    writer.write(event);
+    archive.writer().write(event);
     ++events;
   });
   std::cerr << "recording domain " << config.dds.domain << " to " << o.out << "; Ctrl-C ends\n";
@@ -46,12 +48,21 @@ int record(const Options& o) {
     return o.duration_s &&
            std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >= *o.duration_s;
   };
+  auto next_look = started;
   while (!over() && !stop.wait_for(std::chrono::milliseconds(200))) {
-    if (writer.failed()) break;
+    const std::scoped_lock lock(mutex);
+    if (archive.writer().failed()) break;
+    if (std::chrono::steady_clock::now() < next_look) continue;
+    next_look = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    if (const auto event = archive.look()) std::cerr << "downrange: " << *event << '\n';
   }
   const auto counts = reader->counts();
   reader.reset();
-  const int code = close_archive(writer, o.out);
+  if (!archive.writer().in_place()) {
+    std::cerr << "downrange: " << archive.path().string() << " was removed or replaced: what it held is lost\n";
+    return exit_failed;
+  }
+  const int code = close_archive(archive.writer(), archive.path().string());
   std::cerr << events << " messages recorded";
   if (counts.lost + counts.malformed > 0)
     std::cerr << ", " << counts.lost << " lost, " << counts.malformed << " malformed";

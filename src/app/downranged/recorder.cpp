@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <map>
 #include <stdexcept>
 #include <system_error>
 
@@ -24,20 +25,22 @@ std::string utc_stamp(Time t) {
   return text.data();
 }
 
-/// A name that no file has yet: flights are never recorded over.
-std::filesystem::path free_path(const config::ServiceConfig& config, Time start) {
-  std::filesystem::path base = config.archive.directory;
-  if (is_file(base)) {
-    base.replace_extension();
-  } else {
-    base /= std::string(config.range.name.view()) + '-' + std::string(config.node.id.view()) + '-' + utc_stamp(start);
-  }
-  std::filesystem::path path = base.string() + ".mcap";
-  std::error_code unreadable;  // then the file cannot be made either, and the writer says why
-  for (int n = 2; std::filesystem::exists(path, unreadable); ++n) {
-    path = base.string() + '-' + std::to_string(n) + ".mcap";
-  }
-  return path;
+std::filesystem::path file_of(const config::ServiceConfig& config, Time start) {
+  std::filesystem::path path = config.archive.directory;
+  if (is_file(path)) return path;
+  return path / (std::string(config.range.name.view()) + '-' + std::string(config.node.id.view()) + '-' +
+                 utc_stamp(start) + ".mcap");
+}
+
+archive::Beginning beginning(const config::ServiceConfig& config, Time start) {
+  return [&config, start](archive::Writer& writer, const std::filesystem::path& continues) {
+    writer.attach("config.toml", "application/toml", config.text, start);
+    std::map<std::string, std::string> metadata{{"version", DOWNRANGE_VERSION},
+                                                {"node", std::string(config.node.id.view())},
+                                                {"configuration_hash", config.hash}};
+    if (!continues.empty()) metadata["continues"] = continues.string();
+    writer.metadata("downrange", metadata);
+  };
 }
 
 archive::WriterOptions writer_options(const config::ServiceConfig& config) {
@@ -72,29 +75,37 @@ void require_archive_folder(const config::ArchiveConfig& config) {
 }
 
 Recorder::Recorder(const config::ServiceConfig& config, Time start)
-    : path_(free_path(config, start)), outputs_(config.archive.outputs), writer_(path_, writer_options(config)) {
-  writer_.attach("config.toml", "application/toml", config.text, start);
-  writer_.metadata("downrange", {{"version", DOWNRANGE_VERSION},
-                                 {"node", std::string(config.node.id.view())},
-                                 {"configuration_hash", config.hash}});
-  writer_.flush();
-  spdlog::info("recording to {}", path_.string());
+    : archive_(archive::unused_path(file_of(config, start)), writer_options(config), beginning(config, start)),
+      outputs_(config.archive.outputs) {
+  spdlog::info("recording to {}", archive_.path().string());
 }
 
 void Recorder::finish(Time last_tick) {
-  writer_.write_last_tick(last_tick);
-  const archive::WriterStatus status = writer_.close();
+  archive_.writer().write_last_tick(last_tick);
+  const bool in_place = archive_.writer().in_place();
+  const archive::WriterStatus status = archive_.writer().close();
+  if (!in_place) {
+    spdlog::error("archive {} was removed or replaced: its {} messages are lost", archive_.path().string(),
+                  status.messages_written);
+    return;
+  }
   if (status.ok()) {
-    spdlog::info("recorded {} messages, {} bytes to {}", status.messages_written, status.bytes_written, path_.string());
+    spdlog::info("recorded {} messages, {} bytes to {}", status.messages_written, status.bytes_written,
+                 archive_.path().string());
   } else {
-    spdlog::error("archive {} is not complete: {} messages lost{}{}", path_.string(), status.messages_lost,
+    spdlog::error("archive {} is not complete: {} messages lost{}{}", archive_.path().string(), status.messages_lost,
                   status.failure.empty() ? "" : ": ", status.failure);
   }
 }
 
 std::string Recorder::state() {
-  const archive::WriterStatus status = writer_.status();
-  if (status.ok()) return "recording";
+  if (const auto event = archive_.look()) {
+    spdlog::error("archive {}", *event);
+    taken_away_ = true;
+  }
+  const archive::WriterStatus status = archive_.writer().status();
+  if (!archive_.writer().in_place()) return "failed: file was removed";
+  if (status.ok()) return taken_away_ ? "recording anew: file removed" : "recording";
   if (!failure_logged_) {
     failure_logged_ = true;
     spdlog::error("archive failed, tracking goes on without it: {}",
