@@ -1,40 +1,17 @@
-#include <archive.pb.h>
 #include <google/protobuf/descriptor.pb.h>
 
-#include <archive/channels.hpp>
+#include <archive/record_catalogue.hpp>
+#include <array>
 #include <set>
 
 namespace downrange::archive {
 namespace {
 
 const google::protobuf::Descriptor* descriptor(RecordKind kind) {
-  switch (kind) {
-    case RecordKind::RadarTspi:
-      return record::RadarTspi::descriptor();
-    case RecordKind::GpsFix:
-      return record::GpsFix::descriptor();
-    case RecordKind::MissionEvent:
-      return record::MissionEvent::descriptor();
-    case RecordKind::Observation:
-      return record::Observation::descriptor();
-    case RecordKind::SensorBias:
-      return record::SensorBias::descriptor();
-    case RecordKind::Trajectory:
-      return record::Trajectory::descriptor();
-    case RecordKind::SlavingCommand:
-      return record::SlavingCommand::descriptor();
-    case RecordKind::SourceHealth:
-      return record::SourceHealth::descriptor();
-    case RecordKind::LastTick:
-      return record::LastTick::descriptor();
-    case RecordKind::Truth:
-      return record::Truth::descriptor();
-    case RecordKind::AngleTspi:
-      return record::AngleTspi::descriptor();
-    case RecordKind::ClockGap:
-      return record::ClockGap::descriptor();
-  }
-  return nullptr;
+  static const auto descriptors = []<class... T>(RecordList<T...>) {
+    return std::array{Proto<T>::descriptor()...};
+  }(Records{});
+  return descriptors.at(kind);
 }
 
 /// One file with the message and the enumerations it uses: archive.proto without the other messages. A message of
@@ -54,7 +31,48 @@ google::protobuf::FileDescriptorSet descriptor_set(const google::protobuf::Descr
   return set;
 }
 
+template <class T>
+constexpr bool carries_role(Role role) {
+  switch (role) {
+    case Role::Input:
+      return Inputs::contains<T> || std::is_same_v<T, Observation> || std::is_same_v<T, ClockGap>;
+    case Role::Output:
+      return Outputs::contains<T>;
+    case Role::Mark:
+      return std::is_same_v<T, LastTick>;
+    case Role::Truth:
+      return std::is_same_v<T, Truth>;
+  }
+  return false;
+}
+
+constexpr std::array roles{Role::Input, Role::Output, Role::Mark, Role::Truth};
+
 }  // namespace
+
+const std::vector<Channel>& channels() {
+  static const std::vector<Channel> all = [] {
+    std::vector<Channel> made;
+    Records::for_each([&]<class T>() {
+      for (const Role role : roles) {
+        if (!carries_role<T>(role)) continue;
+        const auto id = static_cast<std::uint16_t>(1 + made.size());
+        made.push_back({id, kind_of_record<T>, role, MessageInfo<T>::topic});
+      }
+    });
+    return made;
+  }();
+  return all;
+}
+
+Role usual_role(RecordKind kind) {
+  // Of an observation: the last that fits, for most archives hold what a node made.
+  Role usual = Role::Output;
+  for (const Channel& channel : channels()) {
+    if (channel.kind == kind) usual = channel.role;
+  }
+  return usual;
+}
 
 std::string_view to_string(Role role) {
   switch (role) {
@@ -71,7 +89,7 @@ std::string_view to_string(Role role) {
 }
 
 std::optional<Role> role_named(std::string_view name) {
-  for (const Role role : {Role::Input, Role::Output, Role::Mark, Role::Truth}) {
+  for (const Role role : roles) {
     if (name == to_string(role)) return role;
   }
   return std::nullopt;
@@ -80,8 +98,8 @@ std::optional<Role> role_named(std::string_view name) {
 std::string_view schema_name(RecordKind kind) { return descriptor(kind)->full_name(); }
 
 std::optional<RecordKind> kind_of_schema(std::string_view name) {
-  for (const Channel& channel : channels) {
-    if (schema_name(channel.kind) == name) return channel.kind;
+  for (RecordKind kind = 0; kind < Records::size; ++kind) {
+    if (schema_name(kind) == name) return kind;
   }
   return std::nullopt;
 }

@@ -1,59 +1,65 @@
 #pragma once
-/// The channels of our archives: which topic carries which record.
+/// The channels of our archives: which topic carries which record. Made from the message catalogue.
 
 #include <archive/bytes.hpp>
 #include <archive/record.hpp>
-#include <array>
 #include <cstdint>
+#include <downrange/stage/catalogue.hpp>
 #include <optional>
 #include <string_view>
+#include <vector>
+
+namespace downrange {
+
+// Records of archives alone: no topic of the range carries them.
+template <>
+struct MessageInfo<archive::LastTick> {
+  static constexpr std::string_view topic = "downrange/last_tick";
+};
+template <>
+struct MessageInfo<archive::Truth> {
+  static constexpr std::string_view topic = "sim/truth";
+};
+
+}  // namespace downrange
 
 namespace downrange::archive {
 
-/// A schema's id is its number here: append only.
-enum class RecordKind : std::uint8_t {
-  RadarTspi,
-  GpsFix,
-  MissionEvent,
-  Observation,
-  SensorBias,
-  Trajectory,
-  SlavingCommand,
-  SourceHealth,
-  LastTick,
-  Truth,
-  AngleTspi,
-  ClockGap,
-};
+/// Every kind of record once. The place is the record's kind and, plus one, the id of its schema. Free to change: a
+/// file says itself what its ids mean.
+using Records =
+    RecordList<MissionEvent, RadarTspi, GpsFix, AngleTspi, OperatorCommand, AntennaReport, PlatformState, ClockGap,
+               Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth, LastTick, Truth>;
+using RecordKind = std::size_t;
+template <class T>
+inline constexpr RecordKind kind_of_record = Records::index_of<T>();
 
-/// One MCAP channel. Its schema's id is 1 + its record kind.
+/// One MCAP channel. Two share the topic of observations: an event that a centre consumed must not be taken for a
+/// result of it.
 struct Channel {
-  std::uint16_t id;
-  RecordKind kind;
-  Role role;
+  std::uint16_t id = 0;
+  RecordKind kind = 0;
+  Role role = Role::Input;
   std::string_view topic;
 
-  [[nodiscard]] std::uint16_t schema_id() const { return static_cast<std::uint16_t>(1 + static_cast<int>(kind)); }
+  [[nodiscard]] std::uint16_t schema_id() const { return static_cast<std::uint16_t>(1 + kind); }
 };
 
-// Two channels share the topic of observations: an event that a centre consumed must not be taken for a result of it.
-inline constexpr Channel radar_channel{1, RecordKind::RadarTspi, Role::Input, "range/radar_tspi"};
-inline constexpr Channel gps_channel{2, RecordKind::GpsFix, Role::Input, "range/gps"};
-inline constexpr Channel mission_channel{3, RecordKind::MissionEvent, Role::Input, "range/mission"};
-inline constexpr Channel observation_in_channel{4, RecordKind::Observation, Role::Input, "downrange/observation"};
-inline constexpr Channel observation_out_channel{5, RecordKind::Observation, Role::Output, "downrange/observation"};
-inline constexpr Channel bias_channel{6, RecordKind::SensorBias, Role::Output, "downrange/bias"};
-inline constexpr Channel trajectory_channel{7, RecordKind::Trajectory, Role::Output, "downrange/trajectory"};
-inline constexpr Channel slaving_channel{8, RecordKind::SlavingCommand, Role::Output, "downrange/slaving"};
-inline constexpr Channel health_channel{9, RecordKind::SourceHealth, Role::Output, "downrange/health"};
-inline constexpr Channel last_tick_channel{10, RecordKind::LastTick, Role::Mark, "downrange/last_tick"};
-inline constexpr Channel truth_channel{11, RecordKind::Truth, Role::Truth, "sim/truth"};
-inline constexpr Channel angles_channel{12, RecordKind::AngleTspi, Role::Input, "range/angles"};
-inline constexpr Channel clock_gap_channel{13, RecordKind::ClockGap, Role::Input, "downrange/clock_gap"};
-inline constexpr std::array channels{
-    radar_channel, gps_channel,        mission_channel,  observation_in_channel, observation_out_channel,
-    bias_channel,  trajectory_channel, slaving_channel,  health_channel,         last_tick_channel,
-    truth_channel, angles_channel,     clock_gap_channel};
+/// All of them; a channel's id is 1 + its place.
+[[nodiscard]] const std::vector<Channel>& channels();
+
+/// The channel of a record in this role, which it must have.
+template <class T>
+[[nodiscard]] const Channel& channel_of(Role role) {
+  static_assert(Records::contains<T>);
+  for (const Channel& channel : channels()) {
+    if (channel.kind == kind_of_record<T> && channel.role == role) return channel;
+  }
+  std::abort();
+}
+
+/// The role of a channel that does not state it, as in archives of other writers.
+[[nodiscard]] Role usual_role(RecordKind kind);
 
 /// The word of a channel's metadata key "role": "input", "output", "mark", "truth".
 [[nodiscard]] std::string_view to_string(Role role);

@@ -67,7 +67,7 @@ class Matcher {
 
 std::set<std::string> result_topics() {
   std::set<std::string> topics;
-  for (const Channel& channel : channels) {
+  for (const Channel& channel : channels()) {
     if (channel.role == Role::Output) topics.emplace(channel.topic);
   }
   return topics;

@@ -9,10 +9,14 @@ void fault(Defect& defect, std::string what) {
   if (defect.what.empty()) defect.what = std::move(what);
 }
 
-Name name(const std::string& text, const char* field, Defect& defect) {
-  const auto parsed = Name::parse(text);
-  if (!parsed) fault(defect, std::string(field) + ": longer than 31 characters or holding a NUL");
-  return parsed.value_or(Name());
+template <class Text = Name>
+Text name(const std::string& text, const char* field, Defect& defect) {
+  const auto parsed = Text::parse(text);
+  if (!parsed) {
+    fault(defect,
+          std::string(field) + ": longer than " + std::to_string(Text::max_size) + " characters or holding a NUL");
+  }
+  return parsed.value_or(Text());
 }
 
 /// `last` is the highest enumerator.
@@ -66,8 +70,12 @@ RadarTspi from_proto(const record::RadarTspi& in, Defect& defect) {
   out.measured = polar(in);
   out.range_rate_m_s = in.range_rate_m_s();
   out.range_rate_valid = in.range_rate_valid();
-  out.mode = enumerator(in.mode(), TrackMode::Coast, "mode", defect);
+  out.range_valid = !in.has_range_valid() || in.range_valid();
+  out.azimuth_valid = !in.has_azimuth_valid() || in.azimuth_valid();
+  out.elevation_valid = !in.has_elevation_valid() || in.elevation_valid();
+  out.mode = enumerator(in.mode(), TrackMode::Slaved, "mode", defect);
   out.snr_db = in.snr_db();
+  out.snr_valid = in.has_snr_valid() ? in.snr_valid() : in.snr_db() != 0;
   out.simulated = in.simulated();
   return out;
 }
@@ -88,7 +96,7 @@ GpsFix from_proto(const record::GpsFix& in, Defect& defect) {
   out.sigma_velocity_m_s = in.sigma_velocity_m_s();
   out.fix = enumerator(in.fix(), FixType::Differential, "fix", defect);
   out.satellites = byte(in.satellites(), "satellites", defect);
-  out.satellites_stated = in.satellites_stated();
+  out.satellites_valid = in.has_satellites_valid() ? in.satellites_valid() : out.satellites > 0;
   out.simulated = in.simulated();
   return out;
 }
@@ -102,7 +110,9 @@ AngleTspi from_proto(const record::AngleTspi& in, Defect& defect) {
   out.received = {in.received_ns()};
   out.azimuth_rad = in.azimuth_rad();
   out.elevation_rad = in.elevation_rad();
-  out.mode = enumerator(in.mode(), TrackMode::Coast, "mode", defect);
+  out.azimuth_valid = !in.has_azimuth_valid() || in.azimuth_valid();
+  out.elevation_valid = !in.has_elevation_valid() || in.elevation_valid();
+  out.mode = enumerator(in.mode(), TrackMode::Slaved, "mode", defect);
   out.simulated = in.simulated();
   return out;
 }
@@ -111,7 +121,7 @@ MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
   MissionEvent out;
   out.mission = name(in.mission(), "mission", defect);
   out.label = name(in.label(), "label", defect);
-  out.kind = enumerator(in.kind(), MissionEventKind::Mark, "kind", defect);
+  out.kind = enumerator(in.kind(), MissionEventKind::Recycle, "kind", defect);
   out.sequence = in.sequence();
   out.epoch = {in.epoch_ns()};
   out.received = {in.received_ns()};
@@ -119,9 +129,85 @@ MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
   return out;
 }
 
+OperatorCommand from_proto(const record::OperatorCommand& in, Defect& defect) {
+  OperatorCommand out;
+  out.operator_id = name(in.operator_id(), "operator_id", defect);
+  out.order = enumerator(in.order(), OperatorOrder::AcknowledgeAlarm, "order", defect);
+  out.subject = name(in.subject(), "subject", defect);
+  out.argument = name(in.argument(), "argument", defect);
+  out.azimuth_trim_rad = in.azimuth_trim_rad();
+  out.elevation_trim_rad = in.elevation_trim_rad();
+  out.reason = name<Remark>(in.reason(), "reason", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.simulated = in.simulated();
+  return out;
+}
+
+AntennaReport from_proto(const record::AntennaReport& in, Defect& defect) {
+  AntennaReport out;
+  out.antenna = name(in.antenna(), "antenna", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.azimuth_rad = in.azimuth_rad();
+  out.elevation_rad = in.elevation_rad();
+  out.azimuth_valid = in.azimuth_valid();
+  out.elevation_valid = in.elevation_valid();
+  out.mode = enumerator(in.mode(), AntennaMode::Autotrack, "mode", defect);
+  out.command_tick = {in.command_tick_ns()};
+  out.simulated = in.simulated();
+  return out;
+}
+
+PlatformState from_proto(const record::PlatformState& in, Defect& defect) {
+  PlatformState out;
+  out.antenna = name(in.antenna(), "antenna", defect);
+  out.sequence = in.sequence();
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.position = position(in);
+  out.velocity = velocity(in);
+  out.velocity_valid = in.velocity_valid();
+  out.heading_rad = in.heading_rad();
+  out.sigma_position_m = in.sigma_position_m();
+  out.sigma_heading_rad = in.sigma_heading_rad();
+  out.simulated = in.simulated();
+  return out;
+}
+
+namespace {
+
+Measured measured(const record::Observation& in, Defect& defect) {
+  switch (in.kind()) {
+    case record::OBSERVATION_KIND_RADAR:
+      return Plot{.measured = polar(in),
+                  .range_valid = !in.has_range_valid() || in.range_valid(),
+                  .angles_valid = !in.has_angles_valid() || in.angles_valid(),
+                  .range_rate_m_s = in.range_rate_m_s(),
+                  .range_rate_valid = in.range_rate_valid(),
+                  .snr_db = in.snr_db(),
+                  .snr_valid = in.snr_valid()};
+    case record::OBSERVATION_KIND_ANGLES:
+      return Angles{.azimuth_rad = in.azimuth_rad(), .elevation_rad = in.elevation_rad()};
+    case record::OBSERVATION_KIND_GPS:
+      return Fix{.position = position(in),
+                 .velocity = velocity(in),
+                 .velocity_valid = in.velocity_valid(),
+                 .sigma_horizontal_m = in.sigma_horizontal_m(),
+                 .sigma_vertical_m = in.sigma_vertical_m(),
+                 .sigma_velocity_m_s = in.sigma_velocity_m_s()};
+    default:
+      fault(defect, "kind: no enumerator has the number " + std::to_string(static_cast<int>(in.kind())));
+      return Plot{};
+  }
+}
+
+}  // namespace
+
 Observation from_proto(const record::Observation& in, Defect& defect) {
   Observation out;
-  out.kind = enumerator(in.kind(), ObservationKind::Angles, "kind", defect);
   out.verdict = enumerator(in.verdict(), static_cast<Reason>(reason_count - 1), "verdict", defect);
   out.sensor = name(in.sensor(), "sensor", defect);
   out.target = name(in.target(), "target", defect);
@@ -130,13 +216,7 @@ Observation from_proto(const record::Observation& in, Defect& defect) {
   out.step = in.step();
   out.epoch = {in.epoch_ns()};
   out.received = {in.received_ns()};
-  out.measured = polar(in);
-  out.position = position(in);
-  out.velocity = velocity(in);
-  out.velocity_valid = in.velocity_valid();
-  out.sigma_horizontal_m = in.sigma_horizontal_m();
-  out.sigma_vertical_m = in.sigma_vertical_m();
-  out.sigma_velocity_m_s = in.sigma_velocity_m_s();
+  out.measured = measured(in, defect);
   out.simulated = in.simulated();
   return out;
 }
@@ -187,6 +267,14 @@ Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
   out.sources = in.sources();
   out.nis = in.nis();
   out.nis_dof = in.nis_dof();
+  out.chain = name(in.chain(), "chain", defect);
+  out.bound_m = in.bound_m();
+  out.bound_valid = in.bound_valid();
+  out.deviation_valid = in.deviation_valid();
+  if (out.deviation_valid) {
+    take(in.deviation_m(), 3, out.deviation_m, "deviation_m", defect);
+    take(in.deviation_sigma_m(), 3, out.deviation_sigma_m, "deviation_sigma_m", defect);
+  }
   return out;
 }
 
@@ -209,6 +297,14 @@ SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   out.sigma_elevation_rad = in.sigma_elevation_rad();
   out.source = enumerator(in.source(), SlavingSource::Nominal, "source", defect);
   out.limits = byte(in.limits(), "limits", defect);
+  out.azimuth_acceleration_rad_s2 = in.azimuth_acceleration_rad_s2();
+  out.elevation_acceleration_rad_s2 = in.elevation_acceleration_rad_s2();
+  out.acceleration_valid = in.acceleration_valid();
+  out.probability_in_beam = in.probability_in_beam();
+  out.probability_valid = in.probability_valid();
+  out.bound_rad = in.bound_rad();
+  out.bound_valid = in.bound_valid();
+  out.chain = name(in.chain(), "chain", defect);
   return out;
 }
 
@@ -233,7 +329,7 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   return out;
 }
 
-ClockGap from_proto(const record::ClockGap& in, Defect&) { return {{in.received_ns()}, {in.resumed_ns()}}; }
+ClockGap from_proto(const record::ClockGap& in, Defect&) { return {{in.epoch_ns()}, {in.received_ns()}}; }
 
 LastTick from_proto(const record::LastTick& in, Defect&) { return {{in.tick_ns()}}; }
 

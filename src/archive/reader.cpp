@@ -1,6 +1,6 @@
-#include <archive/channels.hpp>
 #include <archive/convert.hpp>
 #include <archive/reader.hpp>
+#include <archive/record_catalogue.hpp>
 #include <text/printable.hpp>
 
 namespace downrange::archive {
@@ -16,24 +16,6 @@ Record decode(Message& message, const RawMessage& raw) {
     return record;
   }
   return BadRecord{raw.channel->topic, defect.what + " (in the record at byte " + std::to_string(raw.offset) + ")"};
-}
-
-/// Channels of ours that an archive of another writer, without the role, can only mean one way.
-Role usual_role(RecordKind kind) {
-  switch (kind) {
-    case RecordKind::RadarTspi:
-    case RecordKind::GpsFix:
-    case RecordKind::AngleTspi:
-    case RecordKind::MissionEvent:
-    case RecordKind::ClockGap:
-      return Role::Input;
-    case RecordKind::LastTick:
-      return Role::Mark;
-    case RecordKind::Truth:
-      return Role::Truth;
-    default:
-      return Role::Output;
-  }
 }
 
 }  // namespace
@@ -62,33 +44,11 @@ class Reader::Decoder {
   }
 
   Record decode_as(RecordKind kind, const RawMessage& raw) {
-    switch (kind) {
-      case RecordKind::RadarTspi:
-        return decode(radar_, raw);
-      case RecordKind::GpsFix:
-        return decode(gps_, raw);
-      case RecordKind::AngleTspi:
-        return decode(angles_, raw);
-      case RecordKind::MissionEvent:
-        return decode(mission_, raw);
-      case RecordKind::ClockGap:
-        return decode(gap_, raw);
-      case RecordKind::Observation:
-        return decode(observation_, raw);
-      case RecordKind::SensorBias:
-        return decode(bias_, raw);
-      case RecordKind::Trajectory:
-        return decode(trajectory_, raw);
-      case RecordKind::SlavingCommand:
-        return decode(slaving_, raw);
-      case RecordKind::SourceHealth:
-        return decode(health_, raw);
-      case RecordKind::LastTick:
-        return decode(last_tick_, raw);
-      case RecordKind::Truth:
-        return decode(truth_, raw);
-    }
-    return BadRecord{raw.channel->topic, "unknown kind of record"};
+    Record record = BadRecord{raw.channel->topic, "unknown kind of record"};
+    Records::for_each([&]<class T>() {
+      if (kind_of_record<T> == kind) record = decode(std::get<Proto<T>>(messages_), raw);
+    });
+    return record;
   }
 
   [[nodiscard]] const std::map<std::string, std::uint64_t>& foreign() const { return foreign_; }
@@ -103,18 +63,7 @@ class Reader::Decoder {
   std::map<std::uint16_t, Meaning> meanings_;
   std::map<std::string, std::uint64_t> foreign_;  ///< messages by channel
   // Parsed into again and again, so that their strings and arrays keep their memory.
-  record::RadarTspi radar_;
-  record::GpsFix gps_;
-  record::AngleTspi angles_;
-  record::MissionEvent mission_;
-  record::ClockGap gap_;
-  record::Observation observation_;
-  record::SensorBias bias_;
-  record::Trajectory trajectory_;
-  record::SlavingCommand slaving_;
-  record::SourceHealth health_;
-  record::LastTick last_tick_;
-  record::Truth truth_;
+  Records::Tuple<Proto> messages_;
 };
 
 Reader::Reader(const std::filesystem::path& path) : raw_(path), decoder_(std::make_unique<Decoder>()) {}

@@ -23,7 +23,8 @@ std::size_t utf8_size(std::string_view text) {
   return 0;
 }
 
-void put(const Name& name, std::string* out) {
+template <std::size_t MaxSize>
+void put(const FixedText<MaxSize>& name, std::string* out) {
   const std::string_view text = name.view();
   out->assign(text);
   if (std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; })) return;
@@ -82,6 +83,10 @@ void to_proto(const RadarTspi& in, record::RadarTspi& out) {
   out.set_mode(wire<record::TrackMode>(in.mode));
   out.set_snr_db(in.snr_db);
   out.set_simulated(in.simulated);
+  out.set_range_valid(in.range_valid);
+  out.set_azimuth_valid(in.azimuth_valid);
+  out.set_elevation_valid(in.elevation_valid);
+  out.set_snr_valid(in.snr_valid);
 }
 
 void to_proto(const GpsFix& in, record::GpsFix& out) {
@@ -99,7 +104,7 @@ void to_proto(const GpsFix& in, record::GpsFix& out) {
   out.set_sigma_velocity_m_s(in.sigma_velocity_m_s);
   out.set_fix(wire<record::FixType>(in.fix));
   out.set_satellites(in.satellites);
-  out.set_satellites_stated(in.satellites_stated);
+  out.set_satellites_valid(in.satellites_valid);
   out.set_simulated(in.simulated);
 }
 
@@ -111,6 +116,8 @@ void to_proto(const AngleTspi& in, record::AngleTspi& out) {
   out.set_received_ns(in.received.ns);
   out.set_azimuth_rad(in.azimuth_rad);
   out.set_elevation_rad(in.elevation_rad);
+  out.set_azimuth_valid(in.azimuth_valid);
+  out.set_elevation_valid(in.elevation_valid);
   out.set_mode(wire<record::TrackMode>(in.mode));
   out.set_simulated(in.simulated);
 }
@@ -125,8 +132,80 @@ void to_proto(const MissionEvent& in, record::MissionEvent& out) {
   out.set_simulated(in.simulated);
 }
 
+void to_proto(const OperatorCommand& in, record::OperatorCommand& out) {
+  put(in.operator_id, out.mutable_operator_id());
+  out.set_order(wire<record::OperatorOrder>(in.order));
+  put(in.subject, out.mutable_subject());
+  put(in.argument, out.mutable_argument());
+  out.set_azimuth_trim_rad(in.azimuth_trim_rad);
+  out.set_elevation_trim_rad(in.elevation_trim_rad);
+  put(in.reason, out.mutable_reason());
+  out.set_sequence(in.sequence);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_simulated(in.simulated);
+}
+
+void to_proto(const AntennaReport& in, record::AntennaReport& out) {
+  put(in.antenna, out.mutable_antenna());
+  out.set_sequence(in.sequence);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_azimuth_rad(in.azimuth_rad);
+  out.set_elevation_rad(in.elevation_rad);
+  out.set_azimuth_valid(in.azimuth_valid);
+  out.set_elevation_valid(in.elevation_valid);
+  out.set_mode(wire<record::AntennaMode>(in.mode));
+  out.set_command_tick_ns(in.command_tick.ns);
+  out.set_simulated(in.simulated);
+}
+
+void to_proto(const PlatformState& in, record::PlatformState& out) {
+  put(in.antenna, out.mutable_antenna());
+  out.set_sequence(in.sequence);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  put(in.position, out);
+  put(in.velocity, out);
+  out.set_velocity_valid(in.velocity_valid);
+  out.set_heading_rad(in.heading_rad);
+  out.set_sigma_position_m(in.sigma_position_m);
+  out.set_sigma_heading_rad(in.sigma_heading_rad);
+  out.set_simulated(in.simulated);
+}
+
+namespace {
+
+void put_measured(const Plot& plot, record::Observation& out) {
+  put(plot.measured, out);
+  out.set_range_valid(plot.range_valid);
+  out.set_angles_valid(plot.angles_valid);
+  out.set_range_rate_m_s(plot.range_rate_m_s);
+  out.set_range_rate_valid(plot.range_rate_valid);
+  out.set_snr_db(plot.snr_db);
+  out.set_snr_valid(plot.snr_valid);
+}
+
+void put_measured(const Fix& fix, record::Observation& out) {
+  put(fix.position, out);
+  put(fix.velocity, out);
+  out.set_velocity_valid(fix.velocity_valid);
+  out.set_sigma_horizontal_m(fix.sigma_horizontal_m);
+  out.set_sigma_vertical_m(fix.sigma_vertical_m);
+  out.set_sigma_velocity_m_s(fix.sigma_velocity_m_s);
+}
+
+void put_measured(const Angles& angles, record::Observation& out) {
+  put(Polar{0, angles.azimuth_rad, angles.elevation_rad}, out);
+  out.set_range_valid(false);
+  out.set_angles_valid(true);
+}
+
+}  // namespace
+
 void to_proto(const Observation& in, record::Observation& out) {
-  out.set_kind(wire<record::ObservationKind>(in.kind));
+  out.Clear();  // of what another kind of measurement left
+  out.set_kind(wire<record::ObservationKind>(in.measured.index()));
   out.set_verdict(wire<record::Reason>(in.verdict));
   put(in.sensor, out.mutable_sensor());
   put(in.target, out.mutable_target());
@@ -135,13 +214,7 @@ void to_proto(const Observation& in, record::Observation& out) {
   out.set_step(in.step);
   out.set_epoch_ns(in.epoch.ns);
   out.set_received_ns(in.received.ns);
-  put(in.measured, out);
-  put(in.position, out);
-  put(in.velocity, out);
-  out.set_velocity_valid(in.velocity_valid);
-  out.set_sigma_horizontal_m(in.sigma_horizontal_m);
-  out.set_sigma_vertical_m(in.sigma_vertical_m);
-  out.set_sigma_velocity_m_s(in.sigma_velocity_m_s);
+  std::visit([&out](const auto& measured) { put_measured(measured, out); }, in.measured);
   out.set_simulated(in.simulated);
 }
 
@@ -178,6 +251,13 @@ void to_proto(const Trajectory& in, record::Trajectory& out) {
   out.set_sources(in.sources);
   out.set_nis(in.nis);
   out.set_nis_dof(in.nis_dof);
+  put(in.chain, out.mutable_chain());
+  out.set_bound_m(in.bound_m);
+  out.set_bound_valid(in.bound_valid);
+  const int deviations = in.deviation_valid ? 3 : 0;
+  put_first(in.deviation_m, deviations, out.mutable_deviation_m());
+  put_first(in.deviation_sigma_m, deviations, out.mutable_deviation_sigma_m());
+  out.set_deviation_valid(in.deviation_valid);
 }
 
 void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
@@ -198,6 +278,14 @@ void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
   out.set_sigma_elevation_rad(in.sigma_elevation_rad);
   out.set_source(wire<record::SlavingSource>(in.source));
   out.set_limits(in.limits);
+  out.set_azimuth_acceleration_rad_s2(in.azimuth_acceleration_rad_s2);
+  out.set_elevation_acceleration_rad_s2(in.elevation_acceleration_rad_s2);
+  out.set_acceleration_valid(in.acceleration_valid);
+  out.set_probability_in_beam(in.probability_in_beam);
+  out.set_probability_valid(in.probability_valid);
+  out.set_bound_rad(in.bound_rad);
+  out.set_bound_valid(in.bound_valid);
+  put(in.chain, out.mutable_chain());
 }
 
 void to_proto(const SourceHealth& in, record::SourceHealth& out) {
@@ -219,8 +307,8 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
 }
 
 void to_proto(const ClockGap& in, record::ClockGap& out) {
+  out.set_epoch_ns(in.epoch.ns);
   out.set_received_ns(in.received.ns);
-  out.set_resumed_ns(in.resumed.ns);
 }
 
 void to_proto(const LastTick& in, record::LastTick& out) { out.set_tick_ns(in.tick.ns); }

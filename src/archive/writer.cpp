@@ -1,7 +1,7 @@
-#include <archive/channels.hpp>
 #include <archive/convert.hpp>
+#include <archive/record_catalogue.hpp>
 #include <archive/writer.hpp>
-#include <array>
+#include <vector>
 
 namespace downrange::archive {
 namespace {
@@ -16,55 +16,12 @@ struct Stamp {
 
 Stamp stamp(const SlavingCommand& command) { return {command.tick, command.apply_at}; }
 Stamp stamp(const SourceHealth& health) { return {health.time, health.time}; }
-Stamp stamp(const ClockGap& gap) { return {gap.received, gap.resumed}; }
 Stamp stamp(const LastTick& last) { return {last.tick, last.tick}; }
 Stamp stamp(const Truth& truth) { return {truth.epoch, truth.epoch}; }
 template <class T>
 Stamp stamp(const T& record) {
   return {record.received, record.epoch};
 }
-
-const Channel& input_channel(const MissionEvent&) { return mission_channel; }
-const Channel& input_channel(const RadarTspi&) { return radar_channel; }
-const Channel& input_channel(const GpsFix&) { return gps_channel; }
-const Channel& input_channel(const AngleTspi&) { return angles_channel; }
-const Channel& input_channel(const ClockGap&) { return clock_gap_channel; }
-const Channel& input_channel(const Observation&) { return observation_in_channel; }
-
-const Channel& output_channel(const Observation&) { return observation_out_channel; }
-const Channel& output_channel(const SensorBias&) { return bias_channel; }
-const Channel& output_channel(const Trajectory&) { return trajectory_channel; }
-const Channel& output_channel(const SlavingCommand&) { return slaving_channel; }
-const Channel& output_channel(const SourceHealth&) { return health_channel; }
-
-// One message per type, used again and again: in steady state encoding allocates nothing.
-struct Messages {
-  record::RadarTspi radar;
-  record::GpsFix gps;
-  record::AngleTspi angles;
-  record::MissionEvent mission;
-  record::ClockGap gap;
-  record::Observation observation;
-  record::SensorBias bias;
-  record::Trajectory trajectory;
-  record::SlavingCommand slaving;
-  record::SourceHealth health;
-  record::LastTick last_tick;
-  record::Truth truth;
-
-  record::RadarTspi& of(const RadarTspi&) { return radar; }
-  record::GpsFix& of(const GpsFix&) { return gps; }
-  record::AngleTspi& of(const AngleTspi&) { return angles; }
-  record::MissionEvent& of(const MissionEvent&) { return mission; }
-  record::ClockGap& of(const ClockGap&) { return gap; }
-  record::Observation& of(const Observation&) { return observation; }
-  record::SensorBias& of(const SensorBias&) { return bias; }
-  record::Trajectory& of(const Trajectory&) { return trajectory; }
-  record::SlavingCommand& of(const SlavingCommand&) { return slaving; }
-  record::SourceHealth& of(const SourceHealth&) { return health; }
-  record::LastTick& of(const LastTick&) { return last_tick; }
-  record::Truth& of(const Truth&) { return truth; }
-};
 
 }  // namespace
 
@@ -80,11 +37,11 @@ class Writer::Impl {
   template <class T>
   void write_input(const T& event) {
     ++sequence_;
-    append(input_channel(event), event);
+    append(Role::Input, event);
   }
 
   template <class T>
-  void append(const Channel& channel, const T& record) {
+  void append(Role role, const T& record) {
     if (closed_ || file_.failed()) {
       file_.count_lost(1);
       return;
@@ -94,9 +51,10 @@ class Writer::Impl {
     const bool due = log_time >= chunk_start_ + static_cast<std::uint64_t>(options_.chunk_time.ns);
     if (chunk_messages_ > 0 && (due || chunk_.size() >= options_.chunk_size)) flush();
     if (chunk_messages_ == 0) chunk_start_ = log_time;
+    const Channel& channel = channel_of<T>(role);
     announce(channel);
 
-    auto& message = messages_.of(record);
+    auto& message = std::get<Proto<T>>(messages_);
     to_proto(record, message);
     const std::size_t size = message.ByteSizeLong();
     put_record_header(chunk_, Op::Message, message_header_size + size);
@@ -117,7 +75,7 @@ class Writer::Impl {
   void flush() {
     if (chunk_messages_ == 0) return;
     const bool kept = file_.submit({Op::Chunk, std::move(chunk_), chunk_messages_}, options_.backlog == Backlog::Wait);
-    if (!kept) announced_ = {};  // its schemas and channels may be gone with it
+    if (!kept) announced_.assign(announced_.size(), false);  // its schemas and channels may be gone with it
     chunk_ = file_.spare_buffer();
     chunk_.reserve(options_.chunk_size);
     chunk_messages_ = 0;
@@ -135,21 +93,20 @@ class Writer::Impl {
  private:
   /// A channel, and its schema, must stand in the file before its first message.
   void announce(const Channel& channel) {
-    bool& done = announced_[channel.id];
-    if (done) return;
-    done = true;
+    if (announced_[channel.id]) return;
+    announced_[channel.id] = true;
     put_record(chunk_, Op::Schema, schema_record(channel));
     put_record(chunk_, Op::Channel, channel_record(channel));
   }
 
   WriterOptions options_;
   FileThread file_;
-  Messages messages_;
+  Records::Tuple<Proto> messages_;  ///< used again and again: in steady state encoding allocates nothing
   Bytes chunk_;
   std::uint64_t chunk_messages_ = 0;
   std::uint64_t chunk_start_ = 0;  ///< log time of its first message
   std::uint32_t sequence_ = 0;
-  std::array<bool, channels.size() + 1> announced_{};  ///< by channel id
+  std::vector<bool> announced_ = std::vector<bool>(channels().size() + 1);  ///< by channel id
   bool closed_ = false;
 };
 
@@ -162,12 +119,12 @@ void Writer::write(const Event& event) {
 }
 
 void Writer::write(const Result& result) {
-  std::visit([this](const auto& r) { impl_->append(output_channel(r), r); }, result);
+  std::visit([this](const auto& r) { impl_->append(Role::Output, r); }, result);
 }
 
-void Writer::write_last_tick(Time tick) { impl_->append(last_tick_channel, LastTick{tick}); }
+void Writer::write_last_tick(Time tick) { impl_->append(Role::Mark, LastTick{tick}); }
 
-void Writer::write_truth(const Truth& truth) { impl_->append(truth_channel, truth); }
+void Writer::write_truth(const Truth& truth) { impl_->append(Role::Truth, truth); }
 
 void Writer::attach(std::string_view name, std::string_view media_type, std::string_view data, Time log_time) {
   Bytes content;

@@ -1,6 +1,7 @@
 #include <algorithm>
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method_table.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -112,6 +113,20 @@ void check_times(const RangeConfig& range, const Checker& check) {
                     milliseconds_text(range.slave.stale) + ") or more");
 }
 
+void check_capabilities(const RangeConfig& range, const std::string& method, const MethodCapabilities& takes,
+                        const Checker& check) {
+  const auto most = static_cast<std::size_t>(takes.most_radars);
+  check.require(range.radars.size() <= most || range.radars.size() > max_sensors, "fuse.methods",
+                "found \"" + method + "\" with " + std::to_string(range.radars.size()) + " radars, allowed: at most " +
+                    std::to_string(most) + " [[radar]] for that method");
+  std::vector<std::string> allowed;
+  for (const Kinematics kinematics : all_kinematics)
+    if (takes.takes(kinematics)) allowed.emplace_back(to_string(kinematics));
+  check.require(takes.takes(range.fuse.kinematics), "fuse.kinematics",
+                "found \"" + std::string(to_string(range.fuse.kinematics)) + "\", which method \"" + method +
+                    "\" does not take, allowed: one of " + show_texts(allowed));
+}
+
 void check_methods(const RangeConfig& range, const Checker& check) {
   const FuseConfig& fuse = range.fuse;
   const std::vector<std::string> known(method_names().begin(), method_names().end());
@@ -124,11 +139,17 @@ void check_methods(const RangeConfig& range, const Checker& check) {
                   "found \"" + name + "\", allowed: one or more of " + show_texts(known) + suggestion(name, known));
     check.require(seen.insert(method).second, "fuse.methods",
                   "found \"" + name + "\" twice, allowed: each method once");
-    const std::size_t most = is_known ? static_cast<std::size_t>(most_radars(name)) : max_sensors;
-    check.require(range.radars.size() <= most || range.radars.size() > max_sensors, "fuse.methods",
-                  "found \"" + name + "\" with " + std::to_string(range.radars.size()) + " radars, allowed: at most " +
-                      std::to_string(most) + " [[radar]] for that method");
+    if (is_known) check_capabilities(range, name, capabilities_of(name), check);
   }
+  const auto uses_angles = [](const std::string& name) { return capabilities_of(name).angles_only; };
+  const bool angles_used = std::ranges::any_of(fuse.methods, [&](const Name& method) {
+    const std::string name(method.view());
+    return std::ranges::find(known, name) == known.end() || uses_angles(name);
+  });
+  std::vector<std::string> users;
+  std::ranges::copy_if(known, std::back_inserter(users), uses_angles);
+  check.require(range.angle_sensors.empty() || angles_used, "fuse.methods",
+                "found no method that uses [[angle_sensor]], allowed: beside others one of " + show_texts(users));
 }
 
 void check_node(const ServiceConfig& config, const Checker& check) {

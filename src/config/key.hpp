@@ -59,6 +59,19 @@ Field<S, T> at(M S::*outer, N M::*middle, T N::*inner) {
   return {[=](const S& s) { return s.*outer.*middle.*inner; },
           [=](S& s, T value) { s.*outer.*middle.*inner = std::move(value); }};
 }
+/// The same for a member, the outermost one, that S inherits.
+template <class S, class Base, class T>
+Field<S, T> at_base(T Base::*member) {
+  return at(static_cast<T S::*>(member));
+}
+template <class S, class Base, class M, class T>
+Field<S, T> at_base(M Base::*outer, T M::*inner) {
+  return at(static_cast<M S::*>(outer), inner);
+}
+template <class S, class Base, class M, class N, class T>
+Field<S, T> at_base(M Base::*outer, N M::*middle, T N::*inner) {
+  return at(static_cast<M S::*>(outer), middle, inner);
+}
 /// One geodetic coordinate of a site.
 template <class S>
 Field<S, double> at(Site S::*site, double Geodetic::*coordinate) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <iterator>
 
 #include "config/calibration.hpp"
@@ -115,6 +115,12 @@ std::vector<Key<RadarConfig>> bias_keys() {
   add_bias_sizes(keys, "bias_prior_", &BiasConfig::prior, "", 1e-9, "1-sigma before any data");
   add_bias_sizes(keys, "bias_drift_", &BiasConfig::drift, "_sqrt_s", 0, "random walk");
   return keys;
+}
+
+std::vector<std::pair<std::string_view, Kinematics>> kinematics_names() {
+  std::vector<std::pair<std::string_view, Kinematics>> names;
+  for (const Kinematics kinematics : all_kinematics) names.emplace_back(to_string(kinematics), kinematics);
+  return names;
 }
 
 std::string methods_help() {
@@ -252,19 +258,20 @@ Section antenna_section() {
 
 Section gps_section() {
   using G = GpsConfig;
-  return single<G>("gps", "The vehicle's receiver; accuracies that a message states override these.",
-                   [](ServiceConfig& c) -> G& { return c.range.gps; },
-                   {
-                       number("sigma_horizontal_m", at(&G::sigma_horizontal_m), {1e-3, 1e5}, optional,
-                              "horizontal position noise, 1-sigma per axis"),
-                       number("sigma_vertical_m", at(&G::sigma_vertical_m), {1e-3, 1e5}, optional,
-                              "vertical position noise, 1-sigma"),
-                       number("sigma_velocity_m_s", at(&G::sigma_velocity_m_s), {1e-4, 1e4}, optional,
-                              "velocity noise, 1-sigma per axis"),
-                       flag("use_velocity", at(&G::use_velocity), optional, "use the velocity of fixes that have one"),
-                       integer("min_satellites", at(&G::min_satellites), {0, 64}, optional,
-                               "fixes that state fewer satellites, or none, are rejected"),
-                   });
+  return single<G>(
+      "gps", "The vehicle's receiver; accuracies that a message states override these.",
+      [](ServiceConfig& c) -> G& { return c.range.gps; },
+      {
+          number("sigma_horizontal_m", at(&G::sigma_horizontal_m), {1e-3, 1e5}, optional,
+                 "horizontal position noise, 1-sigma per axis"),
+          number("sigma_vertical_m", at(&G::sigma_vertical_m), {1e-3, 1e5}, optional,
+                 "vertical position noise, 1-sigma"),
+          number("sigma_velocity_m_s", at(&G::sigma_velocity_m_s), {1e-4, 1e4}, optional,
+                 "velocity noise, 1-sigma per axis"),
+          flag("use_velocity", at_base<G>(&G::gps_use_velocity), optional, "use the velocity of fixes that have one"),
+          integer("min_satellites", at(&G::min_satellites), {0, 64}, optional,
+                  "fixes that state fewer satellites, or none, are rejected"),
+      });
 }
 
 Section pad_section() {
@@ -292,41 +299,41 @@ Section align_section() {
   return single<A>(
       "align", "Estimation of the radars' biases.", [](ServiceConfig& c) -> A& { return c.range.align; },
       {
-          flag("gps_error_states", at(&A::gps_error, &GpsErrorModel::enabled), optional,
+          flag("gps_error_states", at_base<A>(&A::gps_error, &GpsErrorModel::enabled), optional,
                "the receiver's position has a slowly varying error that is estimated (joint, schmidt, ts)"),
-          number("gps_error_sigma_m", at(&A::gps_error, &GpsErrorModel::sigma_m), {1e-3, 1e4}, optional,
+          number("gps_error_sigma_m", at_base<A>(&A::gps_error, &GpsErrorModel::sigma_m), {1e-3, 1e4}, optional,
                  "size of that error, 1-sigma per axis; rather too large than too small"),
-          number("gps_error_tau_s", at(&A::gps_error, &GpsErrorModel::tau_s), {0.1, 1e5}, optional,
+          number("gps_error_tau_s", at_base<A>(&A::gps_error, &GpsErrorModel::tau_s), {0.1, 1e5}, optional,
                  "correlation time of that error"),
-          choice<A, bool>("gps_reference", at(&A::gps_alignment, &GpsAlignment::smooth),
+          choice<A, bool>("gps_reference", at_base<A>(&A::gps_alignment, &GpsAlignment::smooth),
                           {{"predict", false}, {"smooth", true}}, optional,
                           "GPS at a plot's epoch: predicted from the fixes before it, or smoothed by later ones, which "
                           "the plot waits for (schmidt, song2015, track-level rules)"),
-          integer("smooth_fixes", at(&A::gps_alignment, &GpsAlignment::fixes), {1, 9}, optional,
+          integer("smooth_fixes", at_base<A>(&A::gps_alignment, &GpsAlignment::fixes), {1, 9}, optional,
                   "later fixes that a smoothed plot waits for"),
-          flag("no_gps", at(&A::no_gps, &NoGpsRegime::enabled), optional,
+          flag("no_gps", at_base<A>(&A::no_gps, &NoGpsRegime::enabled), optional,
                "until a target's first fix: smaller biases, wandering pointing (joint, schmidt, ts)"),
-          number("no_gps_offset_prior_m", at(&A::no_gps, &NoGpsRegime::offset_prior_m), {1e-3, 1e5}, optional,
+          number("no_gps_offset_prior_m", at_base<A>(&A::no_gps, &NoGpsRegime::offset_prior_m), {1e-3, 1e5}, optional,
                  "what an offset of range may be in that regime, 1-sigma"),
-          number("no_gps_angle_prior_deg", at(&A::no_gps, &NoGpsRegime::angle_prior_rad), {1e-6, 20}, optional,
+          number("no_gps_angle_prior_deg", at_base<A>(&A::no_gps, &NoGpsRegime::angle_prior_rad), {1e-6, 20}, optional,
                  "what an offset of an angle may be in that regime, 1-sigma"),
-          number("no_gps_wander_deg", at(&A::no_gps, &NoGpsRegime::wander, &PointingWander::sigma_rad), {1e-6, 20},
-                 optional, "slowly varying pointing error in that regime, 1-sigma"),
-          number("no_gps_wander_tau_s", at(&A::no_gps, &NoGpsRegime::wander, &PointingWander::tau_s), {0.1, 1e5},
-                 optional, "correlation time of that error"),
-          number("offset_prior_m", at(&A::offset_prior_m), {0, 1e5}, optional,
+          number("no_gps_wander_deg", at_base<A>(&A::no_gps, &NoGpsRegime::wander, &PointingWander::sigma_rad),
+                 {1e-6, 20}, optional, "slowly varying pointing error in that regime, 1-sigma"),
+          number("no_gps_wander_tau_s", at_base<A>(&A::no_gps, &NoGpsRegime::wander, &PointingWander::tau_s),
+                 {0.1, 1e5}, optional, "correlation time of that error"),
+          number("offset_prior_m", at_base<A>(&A::bias_offset_prior_m), {0, 1e5}, optional,
                  "what an offset may be before any data, 1-sigma per axis (song2015, track-level rules)"),
-          number("scale_prior", at(&A::scale_prior), {0, 1}, optional,
+          number("scale_prior", at_base<A>(&A::bias_scale_prior), {0, 1}, optional,
                  "what a scale error may be before any data, 1-sigma per axis (song2015, track-level rules)"),
-          integer("window", at(&A::window), {0, 64}, optional,
+          integer("window", at_base<A>(&A::bias_window), {0, 64}, optional,
                   "samples of the paper's windowed process noise; 0: none, drift only (song2015, track-level rules)"),
-          number("offset_drift_m_sqrt_s", at(&A::offset_drift_m_sqrt_s), {0, 1e4}, optional,
+          number("offset_drift_m_sqrt_s", at_base<A>(&A::bias_offset_drift_m_sqrt_s), {0, 1e4}, optional,
                  "random walk of the offsets (song2015, track-level rules)"),
-          number("scale_drift_sqrt_s", at(&A::scale_drift_sqrt_s), {0, 1}, optional,
+          number("scale_drift_sqrt_s", at_base<A>(&A::bias_scale_drift_sqrt_s), {0, 1}, optional,
                  "random walk of the scales (song2015, track-level rules)"),
-          number("gps_q_m2_s3", at(&A::gps_q_m2_s3), {1e-6, 1e9}, optional,
+          number("gps_q_m2_s3", at_base<A>(&A::gps_q_m2_s3), {1e-6, 1e9}, optional,
                  "white acceleration density of the GPS track (song2015, track-level rules)"),
-          span("gps_max_age_ms", at(&A::gps_max_age), {1, 600'000}, optional,
+          span("gps_max_age_ms", at_base<A>(&A::gps_max_age), {1, 600'000}, optional,
                "with GPS older than this, biases are kept, not updated"),
       });
 }
@@ -337,31 +344,28 @@ Section fuse_section() {
       "fuse", "The trajectory.", [](ServiceConfig& c) -> F& { return c.range.fuse; },
       {
           ids("methods", at(&F::methods), optional, methods_help()),
-          span("history_s", at(&F::history), {0, 600}, optional, "how late a measurement may come"),
-          choice<F, Kinematics>("kinematics", at(&F::kinematics),
-                                {{"cv", Kinematics::Cv},
-                                 {"ca", Kinematics::Ca},
-                                 {"launch", Kinematics::Launch},
-                                 {"vdie", Kinematics::Vdie}},
-                                optional, "how a vehicle moves (joint, schmidt)"),
-          number("q_cv_m2_s3", at(&F::q_cv_m2_s3), {1e-6, 1e9}, optional, "white acceleration density of cv and vdie"),
-          number("q_ca_m2_s5", at(&F::q_ca_m2_s5), {1e-6, 1e9}, optional, "white jerk density of ca"),
-          span("batch_ms", at(&F::batch), {1, 10'000}, optional,
+          span("history_s", at_base<F>(&F::history), {0, 600}, optional, "how late a measurement may come"),
+          choice<F, Kinematics>("kinematics", at_base<F>(&F::kinematics), kinematics_names(), optional,
+                                "how a vehicle moves (joint, schmidt)"),
+          number("q_cv_m2_s3", at_base<F>(&F::q_cv_m2_s3), {1e-6, 1e9}, optional,
+                 "white acceleration density of cv and vdie"),
+          number("q_ca_m2_s5", at_base<F>(&F::q_ca_m2_s5), {1e-6, 1e9}, optional, "white jerk density of ca"),
+          span("batch_ms", at_base<F>(&F::batch), {1, 10'000}, optional,
                "fusion interval of song2015 and federated on the UTC grid; a multiple of range.tick_ms"),
-          number("q_m2_s3", at(&F::q_m2_s3), {1e-6, 1e9}, optional,
+          number("q_m2_s3", at_base<F>(&F::q_m2_s3), {1e-6, 1e9}, optional,
                  "white acceleration density of the track (song2015, track-level rules)"),
-          number("alpha_beta_acceleration_m_s2", at(&F::alpha_beta_acceleration_m_s2), {1e-3, 1e5}, optional,
+          number("alpha_beta_acceleration_m_s2", at_base<F>(&F::alpha_beta_acceleration_m_s2), {1e-3, 1e5}, optional,
                  "acceleration between two plots of a radar, 1-sigma per axis (alpha-beta)"),
-          number("gate_probability", at(&F::gate_probability), {0.5, 0.999999999}, optional,
+          number("gate_probability", at_base<F>(&F::gate_probability), {0.5, 0.999999999}, optional,
                  "share of good measurements that pass the gate"),
-          span("restart_after_s", at(&F::restart_after), {0.1, 600}, optional,
+          span("restart_after_s", at_base<F>(&F::restart_after), {0.1, 600}, optional,
                "a track of which no source's measurement was accepted for so long starts anew"),
-          integer("reopen_after", at(&F::reopen_after), {1, 1'000'000}, optional,
+          integer("reopen_after", at_base<F>(&F::reopen_after), {1, 1'000'000}, optional,
                   "rejections in a row after which a radar's bias is opened again, while other sources are accepted"),
-          number("initial_sigma_velocity_m_s", at(&F::initial_sigma_velocity_m_s), {0.1, 1e5}, optional,
+          number("initial_sigma_velocity_m_s", at_base<F>(&F::initial_sigma_velocity_m_s), {0.1, 1e5}, optional,
                  "velocity 1-sigma per axis of a track's first estimate"),
-          number("initial_sigma_acceleration_m_s2", at(&F::initial_sigma_acceleration_m_s2), {0.01, 1e4}, optional,
-                 "acceleration 1-sigma per axis of a track's first estimate (ca, launch)"),
+          number("initial_sigma_acceleration_m_s2", at_base<F>(&F::initial_sigma_acceleration_m_s2), {0.01, 1e4},
+                 optional, "acceleration 1-sigma per axis of a track's first estimate (ca, launch)"),
           flag("publish_on_data", at(&F::publish_on_data), optional,
                "true: a trajectory with each measurement; false: on the tick"),
       });

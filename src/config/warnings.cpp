@@ -197,7 +197,7 @@ void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
   if (!range.align.no_gps.enabled)
     idle.add("align", {"no_gps_offset_prior_m", "no_gps_angle_prior_deg", "no_gps_wander_deg", "no_gps_wander_tau_s"},
              "no_gps is false");
-  if (!range.gps.use_velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
+  if (!range.gps.gps_use_velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
   const Kinematics moves = range.fuse.kinematics;
   const bool has_acceleration = moves == Kinematics::Ca || moves == Kinematics::Launch;
   const std::string because = "it is not of the kinematics that fuse.kinematics names";

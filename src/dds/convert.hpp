@@ -3,14 +3,11 @@
 /// to_wire never fails. from_wire trusts nothing: a sample whose enumerators, sizes or names the types do not allow
 /// gives the defect and leaves the target in an unspecified state. Numbers are not judged: that is ingest's work.
 
-#include <downrange.h>
-
-#include <downrange/stage/event.hpp>
-#include <downrange/stage/result.hpp>
 #include <string>
 
 #include "dds/inputs.hpp"
 #include "dds/service_status.hpp"
+#include "dds/wire_catalogue.hpp"
 
 namespace downrange::dds {
 
@@ -20,27 +17,33 @@ using Defect = std::string;
 void to_wire(const RangeStamp& from, wire::RangeStamp& to);
 [[nodiscard]] RangeStamp from_wire(const wire::RangeStamp& from);
 
-void to_wire(const RadarTspi& from, wire::RadarTspi& to);
-void to_wire(const AngleTspi& from, wire::AngleTspi& to);
-void to_wire(const GpsFix& from, wire::GpsFix& to);
-void to_wire(const MissionEvent& from, wire::MissionEvent& to);
-void to_wire(const Observation& from, wire::Observation& to);
-void to_wire(const SensorBias& from, wire::SensorBias& to);
-void to_wire(const Trajectory& from, wire::Trajectory& to);
-void to_wire(const SlavingCommand& from, wire::SlavingCommand& to);
-void to_wire(const SourceHealth& from, wire::SourceHealth& to);
-void to_wire(const ServiceStatus& from, wire::ServiceStatus& to);
+void to_wire(const RadarTspi& from, Wire<RadarTspi>& to);
+void to_wire(const AngleTspi& from, Wire<AngleTspi>& to);
+void to_wire(const GpsFix& from, Wire<GpsFix>& to);
+void to_wire(const MissionEvent& from, Wire<MissionEvent>& to);
+void to_wire(const OperatorCommand& from, Wire<OperatorCommand>& to);
+void to_wire(const AntennaReport& from, Wire<AntennaReport>& to);
+void to_wire(const PlatformState& from, Wire<PlatformState>& to);
+void to_wire(const Observation& from, Wire<Observation>& to);
+void to_wire(const SensorBias& from, Wire<SensorBias>& to);
+void to_wire(const Trajectory& from, Wire<Trajectory>& to);
+void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
+void to_wire(const SourceHealth& from, Wire<SourceHealth>& to);
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to);
 
-[[nodiscard]] Defect from_wire(const wire::RadarTspi& from, RadarTspi& to);
-[[nodiscard]] Defect from_wire(const wire::AngleTspi& from, AngleTspi& to);
-[[nodiscard]] Defect from_wire(const wire::GpsFix& from, GpsFix& to);
-[[nodiscard]] Defect from_wire(const wire::MissionEvent& from, MissionEvent& to);
-[[nodiscard]] Defect from_wire(const wire::Observation& from, Observation& to);
-[[nodiscard]] Defect from_wire(const wire::SensorBias& from, SensorBias& to);
-[[nodiscard]] Defect from_wire(const wire::Trajectory& from, Trajectory& to);
-[[nodiscard]] Defect from_wire(const wire::SlavingCommand& from, SlavingCommand& to);
-/// `node`: whose account it is.
-[[nodiscard]] Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node);
-[[nodiscard]] Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to);
+[[nodiscard]] Defect from_wire(const Wire<RadarTspi>& from, RadarTspi& to);
+[[nodiscard]] Defect from_wire(const Wire<AngleTspi>& from, AngleTspi& to);
+[[nodiscard]] Defect from_wire(const Wire<GpsFix>& from, GpsFix& to);
+[[nodiscard]] Defect from_wire(const Wire<MissionEvent>& from, MissionEvent& to);
+[[nodiscard]] Defect from_wire(const Wire<OperatorCommand>& from, OperatorCommand& to);
+[[nodiscard]] Defect from_wire(const Wire<AntennaReport>& from, AntennaReport& to);
+[[nodiscard]] Defect from_wire(const Wire<PlatformState>& from, PlatformState& to);
+[[nodiscard]] Defect from_wire(const Wire<Observation>& from, Observation& to);
+[[nodiscard]] Defect from_wire(const Wire<SensorBias>& from, SensorBias& to);
+[[nodiscard]] Defect from_wire(const Wire<Trajectory>& from, Trajectory& to);
+[[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);
+/// Counts of reasons that this program does not know are left out.
+[[nodiscard]] Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to);
+[[nodiscard]] Defect from_wire(const wire::ServiceStatusV2& from, ServiceStatus& to);
 
 }  // namespace downrange::dds

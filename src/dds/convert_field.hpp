@@ -18,11 +18,12 @@ class Check {
     text(field, from, to);
     if (to.empty()) fail(field, "is empty");
   }
-  void text(const char* field, const char* from, Name& to) {
-    if (const auto parsed = Name::parse(from)) {
+  template <std::size_t MaxSize>
+  void text(const char* field, const char* from, FixedText<MaxSize>& to) {
+    if (const auto parsed = FixedText<MaxSize>::parse(from)) {
       to = *parsed;
     } else {
-      fail(field, "is longer than 31 characters");
+      fail(field, "is longer than " + std::to_string(MaxSize) + " characters");
     }
   }
   /// `last`: the largest enumerator of To, which the wire's enumerators equal in number.

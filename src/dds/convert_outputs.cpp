@@ -10,7 +10,7 @@ static_assert(int(SlavingSource::Nominal) == int(wire::SLAVING_NOMINAL));
 static_assert(int(Disqualification::Rejected) == int(wire::DISQUALIFICATION_REJECTED));
 static_assert(int(ClockMode::Range) == int(wire::CLOCK_RANGE));
 
-void to_wire(const SensorBias& from, wire::SensorBias& to) {
+void to_wire(const SensorBias& from, Wire<SensorBias>& to) {
   to.sensor_id() = from.sensor.c_str();
   to.method() = from.method.c_str();
   to.epoch_ns(from.epoch.ns);
@@ -26,7 +26,7 @@ void to_wire(const SensorBias& from, wire::SensorBias& to) {
   to.covariance() = from.covariance;
 }
 
-Defect from_wire(const wire::SensorBias& from, SensorBias& to) {
+Defect from_wire(const Wire<SensorBias>& from, SensorBias& to) {
   Check check;
   check.name("sensor_id", from.sensor_id().c_str(), to.sensor);
   check.name("method", from.method().c_str(), to.method);
@@ -45,7 +45,7 @@ Defect from_wire(const wire::SensorBias& from, SensorBias& to) {
   return check.defect();
 }
 
-void to_wire(const Trajectory& from, wire::Trajectory& to) {
+void to_wire(const Trajectory& from, Wire<Trajectory>& to) {
   to.target_id() = from.target.c_str();
   to.method() = from.method.c_str();
   to.primary(from.primary);
@@ -64,9 +64,15 @@ void to_wire(const Trajectory& from, wire::Trajectory& to) {
   to.sources(from.sources);
   to.nis(from.nis);
   to.nis_dof(static_cast<std::uint8_t>(from.nis_dof));
+  to.chain() = from.chain.c_str();
+  to.bound_m(from.bound_m);
+  to.bound_valid(from.bound_valid);
+  to.deviation_m() = from.deviation_m;
+  to.deviation_sigma_m() = from.deviation_sigma_m;
+  to.deviation_valid(from.deviation_valid);
 }
 
-Defect from_wire(const wire::Trajectory& from, Trajectory& to) {
+Defect from_wire(const Wire<Trajectory>& from, Trajectory& to) {
   Check check;
   check.name("target_id", from.target_id().c_str(), to.target);
   check.name("method", from.method().c_str(), to.method);
@@ -85,10 +91,16 @@ Defect from_wire(const wire::Trajectory& from, Trajectory& to) {
   to.sources = from.sources();
   to.nis = from.nis();
   to.nis_dof = from.nis_dof();
+  check.text("chain", from.chain().c_str(), to.chain);
+  to.bound_m = from.bound_m();
+  to.bound_valid = from.bound_valid();
+  to.deviation_m = from.deviation_m();
+  to.deviation_sigma_m = from.deviation_sigma_m();
+  to.deviation_valid = from.deviation_valid();
   return check.defect();
 }
 
-void to_wire(const SlavingCommand& from, wire::SlavingCommand& to) {
+void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to) {
   to.antenna_id() = from.antenna.c_str();
   to.target_id() = from.target.c_str();
   to.tick_ns(from.tick.ns);
@@ -106,9 +118,17 @@ void to_wire(const SlavingCommand& from, wire::SlavingCommand& to) {
   to.sigma_elevation_rad(from.sigma_elevation_rad);
   to.source(same_number<wire::SlavingSource>(from.source));
   to.limits(from.limits);
+  to.azimuth_acceleration_rad_s2(from.azimuth_acceleration_rad_s2);
+  to.elevation_acceleration_rad_s2(from.elevation_acceleration_rad_s2);
+  to.acceleration_valid(from.acceleration_valid);
+  to.probability_in_beam(from.probability_in_beam);
+  to.probability_valid(from.probability_valid);
+  to.bound_rad(from.bound_rad);
+  to.bound_valid(from.bound_valid);
+  to.chain() = from.chain.c_str();
 }
 
-Defect from_wire(const wire::SlavingCommand& from, SlavingCommand& to) {
+Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to) {
   Check check;
   check.name("antenna_id", from.antenna_id().c_str(), to.antenna);
   check.name("target_id", from.target_id().c_str(), to.target);
@@ -127,49 +147,67 @@ Defect from_wire(const wire::SlavingCommand& from, SlavingCommand& to) {
   to.sigma_elevation_rad = from.sigma_elevation_rad();
   check.enumerator("source", from.source(), SlavingSource::Nominal, to.source);
   to.limits = from.limits();
+  to.azimuth_acceleration_rad_s2 = from.azimuth_acceleration_rad_s2();
+  to.elevation_acceleration_rad_s2 = from.elevation_acceleration_rad_s2();
+  to.acceleration_valid = from.acceleration_valid();
+  to.probability_in_beam = from.probability_in_beam();
+  to.probability_valid = from.probability_valid();
+  to.bound_rad = from.bound_rad();
+  to.bound_valid = from.bound_valid();
+  check.text("chain", from.chain().c_str(), to.chain);
   return check.defect();
 }
 
-void to_wire(const SourceHealth& from, wire::SourceHealth& to) {
+void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.sensor_id() = from.sensor.c_str();
   to.target_id() = from.target.c_str();
   to.time_ns(from.time.ns);
   to.rate_hz(from.rate_hz);
   to.latency_s(from.latency_s);
-  to.count() = from.count;
+  static_assert(reason_count <= std::tuple_size_v<std::remove_reference_t<decltype(to.counts())>>);
+  to.reasons(static_cast<std::uint8_t>(reason_count));
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    to.counts()[i].reason(static_cast<std::uint8_t>(i));
+    to.counts()[i].count(from.count[i]);
+  }
   to.residual_mean(from.residual_mean);
   to.residual_sigma(from.residual_sigma);
   to.nis(from.nis);
   to.qualified(from.qualified);
   to.why(same_number<wire::Disqualification>(from.why));
-  to.rejected_for(same_number<wire::Reason>(from.rejected_for));
+  to.rejected_for(static_cast<std::uint8_t>(from.rejected_for));
   to.nis_inside_95(from.nis_inside_95);
   to.nis_count(static_cast<std::uint32_t>(from.nis_count));
   to.mismatch(from.mismatch);
 }
 
-Defect from_wire(const wire::SourceHealth& from, SourceHealth& to, Name& node) {
+Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
   Check check;
   check.name("sensor_id", from.sensor_id().c_str(), to.sensor);
-  check.name("node_id", from.node_id().c_str(), node);
   check.text("target_id", from.target_id().c_str(), to.target);
   to.time.ns = from.time_ns();
   to.rate_hz = from.rate_hz();
   to.latency_s = from.latency_s();
-  to.count = from.count();
+  const std::size_t reasons = from.reasons();
+  if (reasons > from.counts().size()) check.fail("reasons", "is " + std::to_string(reasons));
+  to.count = {};
+  for (std::size_t i = 0; i < std::min(reasons, from.counts().size()); ++i) {
+    const std::size_t reason = from.counts()[i].reason();
+    if (reason < reason_count) to.count[reason] = from.counts()[i].count();
+  }
   to.residual_mean = from.residual_mean();
   to.residual_sigma = from.residual_sigma();
   to.nis = from.nis();
   to.qualified = from.qualified();
   check.enumerator("why", from.why(), Disqualification::Rejected, to.why);
-  check.enumerator("rejected_for", from.rejected_for(), Reason::AwayFromPad, to.rejected_for);
+  check.enumerator("rejected_for", from.rejected_for(), static_cast<Reason>(reason_count - 1), to.rejected_for);
   to.nis_inside_95 = from.nis_inside_95();
   to.nis_count = static_cast<int>(from.nis_count());
   to.mismatch = from.mismatch();
   return check.defect();
 }
 
-void to_wire(const ServiceStatus& from, wire::ServiceStatus& to) {
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to) {
   to.node_id() = from.node.c_str();
   to.stages(static_cast<std::uint8_t>((from.stages.ingest ? 1U : 0U) | (from.stages.align ? 2U : 0U) |
                                       (from.stages.fuse ? 4U : 0U) | (from.stages.slave ? 8U : 0U)));
@@ -192,7 +230,7 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatus& to) {
   to.mismatch() = from.mismatch;
 }
 
-Defect from_wire(const wire::ServiceStatus& from, ServiceStatus& to) {
+Defect from_wire(const wire::ServiceStatusV2& from, ServiceStatus& to) {
   Check check;
   check.name("node_id", from.node_id().c_str(), to.node);
   const unsigned stages = from.stages();

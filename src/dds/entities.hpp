@@ -16,7 +16,6 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -171,22 +170,6 @@ class TopicWriter final : private fdds::DataWriterListener {
       }
     });
     return written;
-  }
-  /// Gives up the sample's instance: a consumer then hears another node of it, however weak, at once.
-  void release(const Wire& sample) {
-    const auto code =
-        writer_->unregister_instance(const_cast<Wire*>(&sample), eprosima::fastrtps::rtps::InstanceHandle_t());
-    if (code == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) return;
-    tally_.update([&](WriteCounts& counts) {
-      ++counts.failures;
-      counts.last_failure = std::string(topic_) + ": instance not given up, code " + std::to_string(code());
-    });
-  }
-  /// Offered: how long an instance may stay without a sample. Nothing: for ever.
-  [[nodiscard]] std::optional<Duration> deadline() const {
-    const auto& period = writer_->get_qos().deadline().period;
-    if (period == eprosima::fastrtps::c_TimeInfinite) return std::nullopt;
-    return Duration{period.to_ns()};
   }
   [[nodiscard]] const Peers& readers() const { return readers_; }
 

@@ -1,15 +1,20 @@
 #pragma once
 /// Inside src/dds: the writers of the inputs, whose readers the range clock driver must know.
 
+#include <optional>
+
 #include "dds/entities.hpp"
-#include "dds/input_topic.hpp"
 #include "dds/inputs.hpp"
+#include "dds/wire_catalogue.hpp"
 
 namespace downrange::dds {
 
 class InputWriters::Impl {
  public:
-  explicit Impl(Participant& participant);
+  explicit Impl(Participant& participant) {
+    Inputs::for_each(
+        [&]<class Input>() { std::get<Output<Input>>(outputs_).writer.emplace(participant, topic_of<Input>, tally); });
+  }
 
   [[nodiscard]] bool write(const Event& event, const RangeStamp& stamp);
 
@@ -18,14 +23,13 @@ class InputWriters::Impl {
   Tally<WriteCounts> tally;
 
  private:
-  TopicWriter<wire::MissionEventPubSubType> mission_;
-  TopicWriter<wire::RadarTspiPubSubType> radar_;
-  TopicWriter<wire::AngleTspiPubSubType> angles_;
-  TopicWriter<wire::GpsFixPubSubType> gps_;
-  wire::MissionEvent mission_sample_;
-  wire::RadarTspi radar_sample_;
-  wire::AngleTspi angles_sample_;
-  wire::GpsFix gps_sample_;
+  template <class Record>
+  struct Output {
+    std::optional<TopicWriter<PubSubTypeOf<Record>>> writer;  ///< always there, made by the constructor
+    Wire<Record> sample;
+  };
+
+  Inputs::Tuple<Output> outputs_;
 };
 
 }  // namespace downrange::dds

@@ -7,7 +7,6 @@
 #include "dds/convert.hpp"
 #include "dds/entities.hpp"
 #include "dds/input_writers.hpp"
-#include "dds/topics.hpp"
 
 namespace downrange::dds {
 namespace {
@@ -23,20 +22,11 @@ class InputReader::Impl {
  public:
   Impl(Participant& participant, const InputSelection& selection, Callback callback)
       : clock_(participant.clock()), ingest_nodes_(selection.ingest_nodes), callback_(std::move(callback)) {
-    if (selection.mission) {
-      mission_.emplace(participant, topics::mission, tally_,
-                       [this](const auto& wire, const auto&) { return take<MissionEvent>(wire); });
-    }
-    if (selection.sensors) {
-      radar_.emplace(participant, topics::radar_tspi, tally_,
-                     [this](const auto& wire, const auto&) { return take<RadarTspi>(wire); });
-      angles_.emplace(participant, topics::angles, tally_,
-                      [this](const auto& wire, const auto&) { return take<AngleTspi>(wire); });
-      gps_.emplace(participant, topics::gps, tally_,
-                   [this](const auto& wire, const auto&) { return take<GpsFix>(wire); });
-    }
+    Inputs::for_each([&]<class Input>() {
+      if (is_measurement<Input> ? selection.sensors : selection.mission) open<Input>(participant);
+    });
     if (!ingest_nodes_.empty()) {
-      observation_.emplace(participant, topics::observation, tally_,
+      observation_.emplace(participant, topic_of<Observation>, tally_,
                            [this](const auto& wire, const auto&) { return take_observation(wire); });
     }
   }
@@ -45,12 +35,21 @@ class InputReader::Impl {
 
   [[nodiscard]] bool matched(int writers) const {
     const auto met = [writers](const auto& reader) { return !reader || reader->writers().count() >= writers; };
-    return met(mission_) && met(radar_) && met(angles_) && met(gps_) && met(observation_);
+    return met(observation_) && std::apply([&](const auto&... reader) { return (met(reader) && ...); }, readers_);
   }
 
  private:
-  template <class Input, class Wire>
-  Defect take(const Wire& wire, const Name& node = {}) {
+  template <class Record>
+  using Reader = std::optional<TopicReader<PubSubTypeOf<Record>>>;
+
+  template <class Input>
+  void open(Participant& participant) {
+    std::get<Reader<Input>>(readers_).emplace(participant, topic_of<Input>, tally_,
+                                              [this](const auto& wire, const auto&) { return take<Input>(wire); });
+  }
+
+  template <class Input>
+  Defect take(const Wire<Input>& wire, const Name& node = {}) {
     Input input;
     Defect defect = from_wire(wire, input);
     if (!defect.empty()) return defect;
@@ -65,7 +64,7 @@ class InputReader::Impl {
     return {};
   }
 
-  Defect take_observation(const wire::Observation& wire) {
+  Defect take_observation(const Wire<Observation>& wire) {
     const std::optional<Name> node = Name::parse(wire.node_id().c_str());
     if (!node || std::find(ingest_nodes_.begin(), ingest_nodes_.end(), *node) == ingest_nodes_.end()) {
       return {};  // another centre's business
@@ -77,11 +76,8 @@ class InputReader::Impl {
   const std::vector<Name> ingest_nodes_;
   const Callback callback_;
   Tally<ReadCounts> tally_;
-  std::optional<TopicReader<wire::MissionEventPubSubType>> mission_;
-  std::optional<TopicReader<wire::RadarTspiPubSubType>> radar_;
-  std::optional<TopicReader<wire::AngleTspiPubSubType>> angles_;
-  std::optional<TopicReader<wire::GpsFixPubSubType>> gps_;
-  std::optional<TopicReader<wire::ObservationPubSubType>> observation_;
+  Inputs::Tuple<Reader> readers_;
+  Reader<Observation> observation_;
 };
 
 InputReader::InputReader(Participant& participant, const InputSelection& selection, Callback callback)
@@ -94,37 +90,27 @@ bool InputReader::wait_for_matched(int writers, std::chrono::milliseconds timeou
   return wait_until(timeout, [&] { return impl_->matched(writers); });
 }
 
-InputWriters::Impl::Impl(Participant& participant)
-    : mission_(participant, topics::mission, tally),
-      radar_(participant, topics::radar_tspi, tally),
-      angles_(participant, topics::angles, tally),
-      gps_(participant, topics::gps, tally) {}
-
 const Peers& InputWriters::Impl::readers(InputTopic topic) const {
-  switch (topic) {
-    case InputTopic::Mission:
-      return mission_.readers();
-    case InputTopic::RadarTspi:
-      return radar_.readers();
-    case InputTopic::Gps:
-      return gps_.readers();
-    case InputTopic::Angles:
-      break;
-  }
-  return angles_.readers();
+  const Peers* readers = nullptr;
+  Inputs::for_each([&]<class Input>() {
+    if (input_index<Input> == topic) readers = &std::get<Output<Input>>(outputs_).writer->readers();
+  });
+  return *readers;
 }
 
 bool InputWriters::Impl::write(const Event& event, const RangeStamp& stamp) {
-  const auto send = [&stamp](const auto& input, auto& sample, auto& writer) {
-    to_wire(input, sample);
-    to_wire(stamp, sample.stamp());
-    return writer.write(sample);
-  };
-  if (const auto* plot = std::get_if<RadarTspi>(&event)) return send(*plot, radar_sample_, radar_);
-  if (const auto* angles = std::get_if<AngleTspi>(&event)) return send(*angles, angles_sample_, angles_);
-  if (const auto* fix = std::get_if<GpsFix>(&event)) return send(*fix, gps_sample_, gps_);
-  if (const auto* mark = std::get_if<MissionEvent>(&event)) return send(*mark, mission_sample_, mission_);
-  return false;
+  return std::visit(
+      [&]<class Record>(const Record& record) {
+        if constexpr (Inputs::contains<Record>) {
+          auto& [writer, sample] = std::get<Output<Record>>(outputs_);
+          to_wire(record, sample);
+          to_wire(stamp, sample.stamp());
+          return writer->write(sample);
+        } else {
+          return false;
+        }
+      },
+      event);
 }
 
 InputWriters::InputWriters(Participant& participant) : impl_(std::make_unique<Impl>(participant)) {}
@@ -135,8 +121,10 @@ WriteCounts InputWriters::counts() const { return impl_->tally.get(); }
 
 bool InputWriters::wait_for_matched(int readers, std::chrono::milliseconds timeout) const {
   return wait_until(timeout, [&] {
-    return std::ranges::all_of(input_topics,
-                               [&](InputTopic topic) { return impl_->readers(topic).count() >= readers; });
+    for (InputTopic topic = 0; topic < Inputs::size; ++topic) {
+      if (impl_->readers(topic).count() < readers) return false;
+    }
+    return true;
   });
 }
 

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "dds/qos.hpp"
+#include "dds/topics.hpp"
 
 namespace downrange::dds {
 namespace {
@@ -92,7 +92,7 @@ std::string address_of(const Locators& locators) {
 }
 
 bool is_ours(const std::string& topic) {
-  return std::ranges::any_of(all_topics(), [&](const char* name) { return topic == name; });
+  return std::ranges::any_of(all_topics(), [&](const Topic& known) { return topic == known.name; });
 }
 
 template <class Map, class Info>

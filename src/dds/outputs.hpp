@@ -1,14 +1,13 @@
 #pragma once
 /// Results over DDS: what a node publishes, and what antennas, screens and recorders read.
 
+#include <array>
 #include <chrono>
 #include <cstdint>
+#include <downrange/stage/catalogue.hpp>
 #include <functional>
 #include <memory>
-#include <utility>
 #include <vector>
-
-#include <downrange/stage/result.hpp>
 
 #include "dds/participant.hpp"
 #include "dds/service_status.hpp"
@@ -19,10 +18,18 @@ struct OutputOptions {
   int strength = 100;        ///< of exclusive ownership: of two nodes alive, the stronger one's results count
   bool observations = true;  ///< publish downrange/observation, and the ingest progress on the range clock
   bool results = true;       ///< publish bias, trajectory, slaving: nodes that align, fuse or slave
-  // What the results are of. On the wall clock each of them has a writer of its own: see result_writers.hpp.
-  std::vector<Name> antennas{};
-  std::vector<std::pair<Name, Name>> trajectories{};  ///< target, method
-  std::vector<std::pair<Name, Name>> biases{};        ///< sensor, method
+  /// The keys of the results that are to be expected, by their place in Outputs. On the wall clock each has a writer of
+  /// its own: see result_writers.hpp.
+  std::array<std::vector<OwnedKey>, Outputs::size> owned{};
+
+  template <class Record>
+  [[nodiscard]] std::vector<OwnedKey>& owned_keys() {
+    return owned[Outputs::index_of<Record>()];
+  }
+  template <class Record>
+  [[nodiscard]] const std::vector<OwnedKey>& owned_keys() const {
+    return owned[Outputs::index_of<Record>()];
+  }
 };
 
 /// Publishes what the engine emits. emit() from the engine's thread, the rest from any thread.
@@ -37,10 +44,6 @@ class OutputWriters final : public ResultSink {
   /// max_blocking_time; on the range clock it waits for slow reliable consumers, bounded likewise.
   void emit(const Result& result) override;
   void publish(const ServiceStatus& status);
-
-  /// Gives up every antenna, trajectory and bias that this node has not written for longer than the deadline of the
-  /// topic's profile, so that a consumer hears another node of it at once. `last_tick`: the engine's time.
-  void release_silent(Time last_tick);
 
   [[nodiscard]] WriteCounts counts() const;
   /// Readers of downrange/slaving at this moment.

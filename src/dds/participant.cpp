@@ -16,6 +16,7 @@
 #include "dds/log_router.hpp"
 #include "dds/peer_memory.hpp"
 #include "dds/qos.hpp"
+#include "dds/topics.hpp"
 
 namespace downrange::dds {
 
@@ -118,13 +119,18 @@ void Participant::Impl::open(int domain, const std::string& profiles) {
 
 void Participant::Impl::read_profiles(const std::string& profiles) {
   std::string missing;
-  for (const char* name : all_topics()) {
-    if (!ok(entities_.publisher->get_datawriter_qos_from_profile(name, writer_qos_[name]))) {
-      missing += std::string(missing.empty() ? "" : ", ") + "data_writer " + name;
-    }
-    if (!ok(entities_.subscriber->get_datareader_qos_from_profile(name, reader_qos_[name]))) {
-      missing += std::string(missing.empty() ? "" : ", ") + "data_reader " + name;
-    }
+  const auto read = [&](const Topic& topic, const char* kind, auto&& from_profile) {
+    const std::string delivery(to_string(topic.delivery));
+    if (ok(from_profile(topic.name)) || ok(from_profile(delivery))) return;
+    missing += (missing.empty() ? "" : ", ") + std::string(kind) + ' ' + topic.name + " or " + delivery;
+  };
+  for (const Topic& topic : all_topics()) {
+    read(topic, "data_writer", [&](const std::string& profile) {
+      return entities_.publisher->get_datawriter_qos_from_profile(profile, writer_qos_[topic.name]);
+    });
+    read(topic, "data_reader", [&](const std::string& profile) {
+      return entities_.subscriber->get_datareader_qos_from_profile(profile, reader_qos_[topic.name]);
+    });
   }
   if (!missing.empty()) throw DdsError(profiles + ": missing profile: " + missing);
 }
@@ -145,8 +151,6 @@ fdds::DataWriter* Participant::Impl::create_writer(const char* topic_name, const
   if (clock == ClockMode::Range) adapt_to_range_clock(topic_name, qos);
   if (qos.ownership().kind == fdds::EXCLUSIVE_OWNERSHIP_QOS) {
     qos.ownership_strength().value = static_cast<std::uint32_t>(options.strength);
-    // To give an instance up is not to say that there is no such antenna any more.
-    qos.writer_data_lifecycle().autodispose_unregistered_instances = false;
   }
   const LogCapture log;
   fdds::DataWriter* writer = entities_.publisher->create_datawriter(topic(topic_name, type), qos, &listener);

@@ -1,6 +1,6 @@
 #include "dds/qos.hpp"
 
-#include <array>
+#include <algorithm>
 
 #include "dds/topics.hpp"
 
@@ -10,19 +10,17 @@ namespace {
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::c_TimeInfinite;
 
-constexpr std::array<const char*, 13> topic_names{
-    topics::radar_tspi, topics::angles,          topics::gps,         topics::mission, topics::clock,
-    topics::clock_ack,  topics::ingest_progress, topics::observation, topics::bias,    topics::trajectory,
-    topics::slaving,    topics::health,          topics::status};
-
 /// A writer waits this long for slow readers before its write fails.
 const eprosima::fastrtps::Duration_t range_blocking_time{10, 0};
 
 /// A consumer that died holds the flight back no longer than this: shorter than the driver's timeout.
 const eprosima::fastrtps::Duration_t range_lease{5, 0};
 
+/// On the range clock: every sample is waited for.
 bool is_stream(std::string_view topic) {
-  return topic != topics::clock_ack && topic != topics::health && topic != topics::status;
+  const auto& all = all_topics();
+  const auto found = std::ranges::find(all, topic, &Topic::name);
+  return found == all.end() || found->delivery != Delivery::State;
 }
 
 template <class Qos>
@@ -37,7 +35,21 @@ void make_timeless(Qos& qos) {
 
 }  // namespace
 
-std::span<const char* const> all_topics() { return topic_names; }
+const std::vector<Topic>& all_topics() {
+  static const std::vector<Topic> topics = [] {
+    std::vector<Topic> all{{topics::clock, Delivery::Stream},
+                           {topics::clock_ack, Delivery::State},
+                           {topics::ingest_progress, Delivery::Stream},
+                           {topics::status, Delivery::State}};
+    const auto add = [&]<class Record>() {
+      all.push_back({MessageInfo<Record>::topic.data(), MessageInfo<Record>::delivery});
+    };
+    Inputs::for_each(add);
+    Outputs::for_each(add);
+    return all;
+  }();
+  return topics;
+}
 
 void adapt_to_range_clock(DomainParticipantQos& qos) {
   qos.wire_protocol().builtin.discovery_config.leaseDuration = range_lease;

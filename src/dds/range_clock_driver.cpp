@@ -36,7 +36,7 @@ class RangeClockDriver::Impl {
         inputs_(participant),
         clock_(participant, topics::clock, write_tally_),
         acks_(participant, topics::clock_ack, read_tally_,
-              [this](const wire::ClockAck& ack, const fdds::SampleInfo& info) { return take(ack, info); }) {
+              [this](const wire::ClockAckV2& ack, const fdds::SampleInfo& info) { return take(ack, info); }) {
     sample_.run_id(run_id_);
   }
 
@@ -88,7 +88,7 @@ class RangeClockDriver::Impl {
     return nodes;
   }
 
-  Defect take(const wire::ClockAck& ack, const fdds::SampleInfo& info) {
+  Defect take(const wire::ClockAckV2& ack, const fdds::SampleInfo& info) {
     const std::optional<Name> name = Name::parse(ack.node_id().c_str());
     const std::scoped_lock lock(mutex_);
     const auto found = name ? nodes_.find(*name) : nodes_.end();
@@ -109,8 +109,9 @@ class RangeClockDriver::Impl {
     const auto met = [&](InputTopic topic) {
       return (node.topics & bit_of(topic)) == 0 || inputs_.readers(topic).has(node.participant);
     };
-    return node.heard && node.topics != 0 && clock_.readers().has(node.participant) &&
-           std::ranges::all_of(input_topics, met);
+    bool all_met = node.heard && node.topics != 0 && clock_.readers().has(node.participant);
+    for (InputTopic topic = 0; topic < Inputs::size; ++topic) all_met = all_met && met(topic);
+    return all_met;
   }
 
   /// The nodes that are not ready, as text.
@@ -173,7 +174,7 @@ class RangeClockDriver::Impl {
       sample_.counts().back().topic(same_number<wire::InputTopic>(stream->first));
       sample_.counts().back().source_id() = stream->second.c_str();
     }
-    wire::SourceCount& count = sample_.counts()[found->second];
+    wire::SourceCountV2& count = sample_.counts()[found->second];
     count.last_sequence_number(count.last_sequence_number() + 1);
     if (!inputs_.write(event, {run_id(), count.last_sequence_number()})) {
       throw LockstepError(inputs_.tally.get().last_failure);
@@ -187,7 +188,7 @@ class RangeClockDriver::Impl {
 
   const DriverOptions options_;
   const std::uint64_t run_id_;
-  wire::RangeClock sample_;  ///< newest step written; its counts are the samples written so far
+  wire::RangeClockV2 sample_;  ///< newest step written; its counts are the samples written so far
   std::map<std::pair<InputTopic, Name>, std::size_t> streams_;  ///< place in sample_.counts()
 
   mutable std::mutex mutex_;  ///< of nodes_
@@ -197,8 +198,8 @@ class RangeClockDriver::Impl {
   Tally<WriteCounts> write_tally_;
   Tally<ReadCounts> read_tally_;
   InputWriters::Impl inputs_;
-  TopicWriter<wire::RangeClockPubSubType> clock_;
-  TopicReader<wire::ClockAckPubSubType> acks_;
+  TopicWriter<wire::RangeClockV2PubSubType> clock_;
+  TopicReader<wire::ClockAckV2PubSubType> acks_;
 };
 
 RangeClockDriver::RangeClockDriver(Participant& participant, const DriverOptions& options)

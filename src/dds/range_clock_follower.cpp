@@ -35,14 +35,14 @@ class RangeClockFollower::Impl {
         node_(participant.node()),
         ack_(participant, topics::clock_ack, write_tally_),
         clock_(participant, topics::clock, tally_,
-               [this](const wire::RangeClock& sample, const auto&) { return take(sample); }),
+               [this](const wire::RangeClockV2& sample, const auto&) { return take(sample); }),
         inputs_(participant, {options.sensors, true, options.ingest_nodes},
                 [this](const Event& event, const RangeStamp& stamp, const Name& node) { take(event, stamp, node); }) {
     if (participant.clock() != ClockMode::Range) throw LockstepError("a follower needs the range clock");
     if (!options.ingest_nodes.empty()) {
       progress_.emplace(
           participant, topics::ingest_progress, tally_,
-          [this](const wire::IngestProgress& sample, const fdds::SampleInfo& info) { return take(sample, info); });
+          [this](const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) { return take(sample, info); });
     }
   }
 
@@ -100,13 +100,13 @@ class RangeClockFollower::Impl {
  private:
   // On the middleware's threads.
 
-  Defect take(const wire::RangeClock& sample) {
+  Defect take(const wire::RangeClockV2& sample) {
     AnnouncedStep announced{{sample.time_ns()}, sample.end(), {}};
-    for (const wire::SourceCount& count : sample.counts()) {
+    for (const wire::SourceCountV2& count : sample.counts()) {
       const std::optional<Name> source = Name::parse(count.source_id().c_str());
-      if (static_cast<std::uint32_t>(count.topic()) >= input_topics.size() || !source) return "names an unknown source";
-      announced.last_sequence[{static_cast<InputTopic>(static_cast<std::uint32_t>(count.topic())), *source}] =
-          count.last_sequence_number();
+      const auto topic = static_cast<InputTopic>(count.topic());
+      if (topic >= Inputs::size || !source) return "names an unknown source";
+      announced.last_sequence[{topic, *source}] = count.last_sequence_number();
     }
     if (sample.run_id() == 0 || sample.step() == 0) return "has no run or step";
     const std::scoped_lock lock(mutex_);
@@ -121,7 +121,7 @@ class RangeClockFollower::Impl {
     changed_.notify_all();
   }
 
-  Defect take(const wire::IngestProgress& sample, const fdds::SampleInfo& info) {
+  Defect take(const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) {
     const std::optional<Name> node = Name::parse(sample.node_id().c_str());
     if (!node) return "names no node";
     const std::scoped_lock lock(mutex_);
@@ -224,14 +224,15 @@ class RangeClockFollower::Impl {
   }
 
   void write_ack(const RangeStep& step, const std::string& failure) {
-    constexpr unsigned mission_bit = bit_of(InputTopic::Mission);
-    constexpr unsigned sensor_bits =
-        bit_of(InputTopic::RadarTspi) | bit_of(InputTopic::Gps) | bit_of(InputTopic::Angles);
-    wire::ClockAck ack;
+    unsigned read = 0;
+    for (InputTopic topic = 0; topic < Inputs::size; ++topic) {
+      if (options_.sensors || !input_info[topic].measurement) read |= bit_of(topic);
+    }
+    wire::ClockAckV2 ack;
     ack.node_id() = node_.c_str();
     ack.run_id(step.run_id);
     ack.step(step.step);
-    if (told_ready_) ack.topics(static_cast<std::uint8_t>(mission_bit | (options_.sensors ? sensor_bits : 0U)));
+    if (told_ready_) ack.topics(static_cast<std::uint8_t>(read));
     ack.failure() = failure;
     // A refused acknowledgement shows at the driver as a silent node.
     static_cast<void>(ack_.write(ack));
@@ -253,9 +254,9 @@ class RangeClockFollower::Impl {
 
   Tally<WriteCounts> write_tally_;
   Tally<ReadCounts> tally_;
-  TopicWriter<wire::ClockAckPubSubType> ack_;
-  std::optional<TopicReader<wire::IngestProgressPubSubType>> progress_;
-  TopicReader<wire::RangeClockPubSubType> clock_;
+  TopicWriter<wire::ClockAckV2PubSubType> ack_;
+  std::optional<TopicReader<wire::IngestProgressV2PubSubType>> progress_;
+  TopicReader<wire::RangeClockV2PubSubType> clock_;
   InputReader inputs_;
 };
 

@@ -1,13 +1,12 @@
 #pragma once
 /// Inside src/dds: the writers of one topic with exclusive ownership.
 
-#include <downrange/geo/time.hpp>
+#include <algorithm>
 #include <map>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "dds/entities.hpp"
+#include "dds/wire_catalogue.hpp"
 
 namespace downrange::dds {
 
@@ -15,40 +14,21 @@ namespace downrange::dds {
 /// have gets a writer of its own, which is alive while that instance is written: what a node says of one antenna does
 /// not keep another one, of which it has nothing to say, from hearing the next node. Instances that nobody announced
 /// share one writer, and on the range clock, which knows no lease, all do.
-template <class PubSubType>
+template <class Record>
 class ResultWriters {
  public:
-  using Wire = typename PubSubType::type;
-  using Key = std::pair<Name, Name>;
+  using Info = MessageInfo<Record>;
 
-  ResultWriters(Participant& participant, const char* topic, Tally<WriteCounts>& tally, const EndpointOptions& options,
-                const std::vector<Key>& instances)
-      : shared_(participant, topic, tally, options) {
+  ResultWriters(Participant& participant, Tally<WriteCounts>& tally, const EndpointOptions& options,
+                const std::vector<OwnedKey>& instances)
+      : shared_(participant, topic_of<Record>, tally, options) {
     if (participant.clock() == ClockMode::Range) return;
-    for (const Key& key : instances) own_.try_emplace(key, participant, topic, tally, options);
+    for (const OwnedKey& key : instances) own_.try_emplace(key, participant, topic_of<Record>, tally, options);
   }
 
-  /// `now`: the engine's time.
-  void write(const Key& key, const Wire& sample, Time now) {
-    static_cast<void>(writer_of(key).write(sample));  // a failure is counted by the writer
-    spoken_[key] = now;
-  }
-
-  /// Gives up the instances that were not written for longer than the topic's deadline; `set_key(key, sample)` makes a
-  /// sample of one. A reader of Fast DDS lets go of them at once. Others cannot read the key out of its hash and let go
-  /// when the lease ends.
-  template <class SetKey>
-  void release_silent(Time now, SetKey set_key) {
-    const std::optional<Duration> deadline = shared_.deadline();
-    if (!deadline) return;
-    std::erase_if(spoken_, [&](const auto& instance) {
-      const auto& [key, spoken_at] = instance;
-      if (now - spoken_at <= *deadline) return false;
-      Wire sample;
-      set_key(key, sample);
-      writer_of(key).release(sample);
-      return true;
-    });
+  void write(const Record& record) {
+    to_wire(record, sample_);
+    static_cast<void>(writer_of(Info::key(record)).write(sample_));  // a failure is counted by the writer
   }
 
   /// Readers that every writer has met.
@@ -59,14 +39,16 @@ class ResultWriters {
   }
 
  private:
-  TopicWriter<PubSubType>& writer_of(const Key& key) {
+  using Writer = TopicWriter<PubSubTypeOf<Record>>;
+
+  Writer& writer_of(const OwnedKey& key) {
     const auto own = own_.find(key);
     return own == own_.end() ? shared_ : own->second;
   }
 
-  TopicWriter<PubSubType> shared_;
-  std::map<Key, TopicWriter<PubSubType>> own_;
-  std::map<Key, Time> spoken_;  ///< what this node speaks for, and when it last did
+  Writer shared_;
+  std::map<OwnedKey, Writer> own_;
+  Wire<Record> sample_;
 };
 
 }  // namespace downrange::dds

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <iterator>
 
-#include "dds/topics.hpp"
-
 namespace downrange::dds {
 namespace {
 
@@ -62,7 +60,7 @@ std::optional<std::string> StepAssembly::missing() const {
     const auto stream = streams_.find(source);
     const std::uint64_t received = stream == streams_.end() ? 0 : stream->second.received(expected);
     if (received < expected) {
-      return std::string("topic ") + name_of(source.first) + ", source " + std::string(source.second.view()) +
+      return std::string("topic ") + input_info[source.first].topic + ", source " + std::string(source.second.view()) +
              counts_text(expected, received);
     }
   }
@@ -73,7 +71,7 @@ std::optional<std::string> StepAssembly::missing() const {
     }
     const std::uint64_t received = node.observations.received(report->second);
     if (received < report->second) {
-      return std::string("topic ") + topics::observation + ", ingest node " + std::string(name.view()) +
+      return std::string("topic ") + topic_of<Observation> + ", ingest node " + std::string(name.view()) +
              counts_text(report->second, received);
     }
   }

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "dds/input_topic.hpp"
 #include "dds/inputs.hpp"
 #include "dds/range_clock.hpp"
+#include "dds/wire_catalogue.hpp"
 
 namespace downrange::dds {
 
@@ -56,7 +56,7 @@ class StepAssembly {
     std::map<std::uint64_t, std::uint64_t> reports;  ///< step -> observations so far
   };
 
-  [[nodiscard]] bool awaited(InputTopic topic) const { return sensors_ || topic == InputTopic::Mission; }
+  [[nodiscard]] bool awaited(InputTopic topic) const { return sensors_ || !input_info[topic].measurement; }
 
   std::uint64_t run_id_;
   bool sensors_;

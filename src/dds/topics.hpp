@@ -1,20 +1,24 @@
 #pragma once
-/// Topic names: also the names of their QoS profiles.
+/// Inside src/dds: the topics that are not messages of stage/catalogue.hpp, and the list of all.
 
-namespace downrange::dds::topics {
+#include <downrange/stage/catalogue.hpp>
+#include <vector>
 
-inline constexpr const char* radar_tspi = "range/radar_tspi";
-inline constexpr const char* angles = "range/angles";
-inline constexpr const char* gps = "range/gps";
-inline constexpr const char* mission = "range/mission";
+namespace downrange::dds {
+
+namespace topics {
 inline constexpr const char* clock = "range/clock";
 inline constexpr const char* clock_ack = "downrange/clock_ack";
 inline constexpr const char* ingest_progress = "downrange/ingest_progress";
-inline constexpr const char* observation = "downrange/observation";
-inline constexpr const char* bias = "downrange/bias";
-inline constexpr const char* trajectory = "downrange/trajectory";
-inline constexpr const char* slaving = "downrange/slaving";
-inline constexpr const char* health = "downrange/health";
 inline constexpr const char* status = "downrange/status";
+}  // namespace topics
 
-}  // namespace downrange::dds::topics
+struct Topic {
+  const char* name;
+  Delivery delivery;
+};
+
+/// Every topic that a program of ours reads or writes.
+[[nodiscard]] const std::vector<Topic>& all_topics();
+
+}  // namespace downrange::dds

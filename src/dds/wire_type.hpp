@@ -24,7 +24,7 @@ template <class Wire>
 
 /// The generated code resizes to whatever length the payload claims. The members before it have fixed sizes.
 template <>
-[[nodiscard]] inline bool lengths_in_bounds<wire::RangeClock>(
+[[nodiscard]] inline bool lengths_in_bounds<wire::RangeClockV2>(
     const eprosima::fastrtps::rtps::SerializedPayload_t& payload) {
   constexpr std::uint32_t offset = 4 + 28;  // encapsulation; run_id, step, time_ns, end and padding
   if (payload.length < offset + 4) return false;

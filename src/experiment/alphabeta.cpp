@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <downrange/est/alpha_beta.hpp>
+#include <downrange/est/filter/alpha_beta.hpp>
 #include <numbers>
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <downrange/est/gaussian.hpp>
+#include <downrange/est/filter/gaussian.hpp>
 #include <vector>
 
 namespace downrange::experiment {

@@ -136,7 +136,7 @@ std::vector<Event> arrivals(const RecordedFlight& flight, const Replay& replay) 
 GateCount gate_count(const score::Summary& summary) {
   GateCount gate;
   for (const score::SourceScore& source : summary.sources) {
-    if (source.kind != ObservationKind::Radar) continue;
+    if (source.kind != SourceKind::Radar) continue;
     gate.outliers += static_cast<int>(source.outliers);
     gate.outliers_rejected += static_cast<int>(source.outliers_rejected.value_or(source.outliers));
     gate.plots += static_cast<int>(source.good);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <downrange/est/pseudo_measurement.hpp>
 #include <limits>
 #include <string>
+#include "experiment/pseudo_measurement.hpp"
 
 #include "experiment/experiment.hpp"
 #include "experiment/kim2011_methods.hpp"

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/exx.hpp>
-#include <downrange/est/pseudo_measurement.hpp>
-#include <downrange/est/two_stage.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/filter/two_stage.hpp>
 #include <limits>
+#include "experiment/exx.hpp"
+#include "experiment/pseudo_measurement.hpp"
 
 #include "experiment/augmented_filter.hpp"
 #include "experiment/kim2011_methods.hpp"

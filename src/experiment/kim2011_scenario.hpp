@@ -3,9 +3,9 @@
 
 #include <array>
 #include <cstdint>
-#include <downrange/est/biased_track.hpp>
-#include <downrange/est/gaussian.hpp>
+#include <downrange/est/filter/gaussian.hpp>
 #include <vector>
+#include "experiment/biased_track.hpp"
 
 namespace downrange::experiment::kim2011 {
 

@@ -3,8 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <downrange/est/bound.hpp>
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/bound.hpp>
+#include <downrange/est/method/method.hpp>
 #include <span>
 #include <string_view>
 #include <vector>

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/parallax.hpp>
-#include <downrange/est/track_fusion.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/track/track_fusion.hpp>
 #include <downrange/geo/polar.hpp>
 #include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
+#include "experiment/parallax.hpp"
 
 #include "experiment/experiment.hpp"
 #include "experiment/parallel.hpp"

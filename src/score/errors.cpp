@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <downrange/est/bias_terms.hpp>
-#include <downrange/est/consistency.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/model/bias_terms.hpp>
 #include <span>
 
 namespace downrange::score {

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
-#include <downrange/est/gaussian.hpp>
+#include <downrange/est/filter/gaussian.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/refraction.hpp>
 #include <downrange/stage/result.hpp>

@@ -52,14 +52,14 @@ ordered_json json_of(const SensorBias& bias) {
 ordered_json json_of(const SystematicError& error, const SystematicScore& of) {
   const bool known = of.plots > 0;
   ordered_json json = ordered_json::object();
-  if (of.kind == ObservationKind::Radar) json["range_m"] = number(known, error.range_m);
+  if (of.kind == SourceKind::Radar) json["range_m"] = number(known, error.range_m);
   json["azimuth_sky_rad"] = number(known, error.azimuth_rad);
   json["elevation_rad"] = number(known, error.elevation_rad);
   return json;
 }
 
 /// Those of one kind, under the name of their table in the configuration.
-ordered_json json_of(const std::vector<SystematicScore>& scores, ObservationKind kind, const char* name) {
+ordered_json json_of(const std::vector<SystematicScore>& scores, SourceKind kind, const char* name) {
   ordered_json rows = ordered_json::array();
   for (const SystematicScore& score : scores)
     if (score.kind == kind)
@@ -133,8 +133,8 @@ std::string format_json(const Summary& summary) {
   json["truth"] = summary.truth_known;
   if (summary.truth_known) {
     json["trajectories"] = json_of(summary.trajectories, summary.phases);
-    json["radars"] = json_of(summary.systematic, ObservationKind::Radar, "radar");
-    json["angle_sensors"] = json_of(summary.systematic, ObservationKind::Angles, "angle_sensor");
+    json["radars"] = json_of(summary.systematic, SourceKind::Radar, "radar");
+    json["angle_sensors"] = json_of(summary.systematic, SourceKind::AngleSensor, "angle_sensor");
   } else {
     json["against_gps"] = json_of(summary.against_gps, summary.phases);
   }

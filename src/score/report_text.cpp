@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <iomanip>
 #include <numbers>
 #include <sstream>
@@ -111,7 +111,7 @@ void systematic_table(std::ostringstream& out, const Summary& summary) {
     const bool known = row.plots > 0;
     out << left(row.sensor.view(), label_width) << right(std::to_string(row.plots), 8)
         << right(std::to_string(row.rejected), 10)
-        << before_after(known && row.kind == ObservationKind::Radar, row.before.range_m, row.after.range_m, 1)
+        << before_after(known && row.kind == SourceKind::Radar, row.before.range_m, row.after.range_m, 1)
         << before_after(known, row.before.azimuth_rad, row.after.azimuth_rad, mdeg)
         << before_after(known, row.before.elevation_rad, row.after.elevation_rad, mdeg) << '\n';
   }

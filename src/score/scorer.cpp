@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <deque>
-#include <downrange/est/consistency.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -33,7 +33,7 @@ PositionSample sample_of(Time epoch, const Eigen::Vector3d& error, const Mat<3, 
 }
 
 /// Noise of a fix, ECEF.
-Mat<3, 3> covariance_of_fix(const Observation& fix) {
+Mat<3, 3> covariance_of_fix(const Fix& fix) {
   const Eigen::Matrix3d R_enu_ecef = enu_from_ecef_at(geodetic_from_ecef(fix.position)).R;
   const Eigen::Vector3d sigma(fix.sigma_horizontal_m, fix.sigma_horizontal_m, fix.sigma_vertical_m);
   return R_enu_ecef.transpose() * sigma.cwiseAbs2().asDiagonal() * R_enu_ecef;
@@ -164,7 +164,7 @@ class Scorer::Run : public ResultSink {
     return scores;
   }
 
-  [[nodiscard]] SystematicScore systematic_score(const Name& sensor, ObservationKind kind) const {
+  [[nodiscard]] SystematicScore systematic_score(const Name& sensor, SourceKind kind) const {
     SystematicScore score{sensor, kind, 0, source_score(sensor, kind).rejected(), {}, {}};
     const auto found = sources_.find({kind, sensor});
     if (found == sources_.end()) return score;
@@ -175,7 +175,7 @@ class Scorer::Run : public ResultSink {
     return score;
   }
 
-  [[nodiscard]] SourceScore source_score(const Name& sensor, ObservationKind kind) const {
+  [[nodiscard]] SourceScore source_score(const Name& sensor, SourceKind kind) const {
     SourceScore score;
     score.sensor = sensor;
     score.kind = kind;
@@ -228,7 +228,7 @@ class Scorer::Run : public ResultSink {
   }
 
  private:
-  using SourceKey = std::pair<ObservationKind, Name>;
+  using SourceKey = std::pair<SourceKind, Name>;
 
   /// A plot that ingest let through, until the first method's results of the same event show that it took it.
   struct OpenPlot {
@@ -269,10 +269,10 @@ class Scorer::Run : public ResultSink {
 
   void add(const Observation& observation) {
     close(false);
-    const SourceKey key{observation.kind, observation.sensor};
+    const SourceKey key{kind_of(observation.measured), observation.sensor};
     SourceTally& source = sources_[key];
     ++source.by_ingest[static_cast<std::size_t>(observation.verdict)];
-    if (observation.kind == ObservationKind::Gps) return add_fix(observation);
+    if (key.first == SourceKind::Telemetry) return add_fix(observation);
     const bool outlier = scorer_.outliers_.contains({observation.sensor, observation.sequence});
     Fates& fates = outlier ? source.outliers : source.good;
     ++fates.delivered;
@@ -291,12 +291,13 @@ class Scorer::Run : public ResultSink {
     const SensorBias& bias = biases_.contains(plot.sensor) ? biases_.at(plot.sensor) : no_bias_;
     const std::optional<TrueState> truth = scorer_.truth_at(plot.epoch);
     const std::optional<TrueState> truth_at_tag = scorer_.truth_at(plot.epoch - seconds(time_tag_of(bias)));
-    if (site == nullptr || !truth || !truth_at_tag) return std::nullopt;
+    const std::optional<Polar> seen = polar_of(plot.measured);
+    if (site == nullptr || !truth || !truth_at_tag || !seen) return std::nullopt;
     const Polar exact = look_angles(*site, truth->position);
     const Polar exact_at_tag = look_angles(*site, truth_at_tag->position);
     // A tracker tells no range: the true one takes its place, and leaves no error.
-    const bool ranges = plot.kind == ObservationKind::Radar;
-    Polar measured = plot.measured;
+    const bool ranges = kind_of(plot.measured) == SourceKind::Radar;
+    Polar measured = *seen;
     if (!ranges) measured.range_m = exact.range_m;
     const auto air = scorer_.air_.find(plot.sensor);
     const Polar after = corrected(measured, bias, air == scorer_.air_.end() ? nullptr : &air->second);
@@ -330,13 +331,15 @@ class Scorer::Run : public ResultSink {
   /// Without truth the fixes stand in for it: each against the track as it was just before it.
   void add_fix(const Observation& fix) {
     if (scorer_.truth_ || fix.verdict != Reason::Accepted || fix.target != scorer_.target_) return;
+    const Fix& measured = std::get<Fix>(fix.measured);
     for (const auto& [method, recent] : recent_) {
       const auto before = std::find_if(recent.rbegin(), recent.rend(), [&](const Trajectory& t) {
         return t.epoch < fix.epoch && fix.epoch - t.epoch <= longest_prediction;
       });
       if (before == recent.rend()) continue;
       const Gaussian<3> x = position_at(*before, fix.epoch);
-      positions_[method].push_back(sample_of(fix.epoch, fix.position.m - x.mean, x.cov + covariance_of_fix(fix)));
+      positions_[method].push_back(
+          sample_of(fix.epoch, measured.position.m - x.mean, x.cov + covariance_of_fix(measured)));
     }
   }
 
@@ -439,17 +442,12 @@ Summary Scorer::summary() const {
   for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run) rows.push_back(run->primary_score());
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : own.pointing_scores(antenna.id)) summary.pointing.push_back(score);
-  const auto add_sources = [&](const auto& entries, ObservationKind kind) {
-    for (const auto& entry : entries) {
-      summary.sources.push_back(own.source_score(entry.id, kind));
-      if (kind == ObservationKind::Gps) continue;
-      if (truth_) summary.systematic.push_back(own.systematic_score(entry.id, kind));
-      if (const auto bias = own.last_bias(entry.id)) summary.biases.push_back(*bias);
-    }
-  };
-  add_sources(range_.radars, ObservationKind::Radar);
-  add_sources(range_.angle_sensors, ObservationKind::Angles);
-  add_sources(range_.telemetry, ObservationKind::Gps);
+  for (const Source& source : SourceTable(range_)) {
+    summary.sources.push_back(own.source_score(source.name, source.kind));
+    if (source.kind == SourceKind::Telemetry) continue;
+    if (truth_) summary.systematic.push_back(own.systematic_score(source.name, source.kind));
+    if (const auto bias = own.last_bias(source.name)) summary.biases.push_back(*bias);
+  }
   return summary;
 }
 

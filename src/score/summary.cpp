@@ -9,13 +9,13 @@ std::uint64_t SourceScore::rejected() const {
   return std::accumulate(count.begin(), count.end(), std::uint64_t{0}) - accepted();
 }
 
-std::string_view name_of(ObservationKind kind) {
+std::string_view name_of(SourceKind kind) {
   switch (kind) {
-    case ObservationKind::Radar:
+    case SourceKind::Radar:
       return "radar";
-    case ObservationKind::Gps:
+    case SourceKind::Telemetry:
       return "gps";
-    case ObservationKind::Angles:
+    case SourceKind::AngleSensor:
       return "angles";
   }
   return "unknown";

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <downrange/stage/result.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,7 +40,7 @@ struct SystematicError {
 /// Systematic error of one radar or angles-only tracker within the phases.
 struct SystematicScore {
   Name sensor;
-  ObservationKind kind = ObservationKind::Radar;
+  SourceKind kind = SourceKind::Radar;
   std::size_t plots = 0;       ///< that the errors are of: within a phase, neither rejected nor an outlier
   std::uint64_t rejected = 0;  ///< as the source's account has it, in the whole flight
   SystematicError before;      ///< as measured
@@ -71,7 +72,7 @@ enum class OutlierOrigin : std::uint8_t {
 /// What became of one source's messages in the whole flight, whatever their target, and how they fit the first method.
 struct SourceScore {
   Name sensor;
-  ObservationKind kind = ObservationKind::Radar;
+  SourceKind kind = SourceKind::Radar;
   /// By Reason: ingest's, and of the newest health record the method's. [Accepted] stood after both.
   std::array<std::uint64_t, reason_count> count{};
   std::size_t outliers = 0;  ///< delivered
@@ -106,7 +107,7 @@ struct Summary {
 };
 
 /// "radar", "angles", "gps".
-[[nodiscard]] std::string_view name_of(ObservationKind kind);
+[[nodiscard]] std::string_view name_of(SourceKind kind);
 /// "fused", "single sensor" ...
 [[nodiscard]] std::string_view name_of(SlavingSource source);
 /// 1-sigma of a bias's i-th term.

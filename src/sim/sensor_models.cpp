@@ -68,7 +68,7 @@ GpsFix make_fix(const Scenario& scenario, double t_s, const score::TrueState& st
     fix.sigma_velocity_m_s = gps.sigma_velocity_m_s;
   }
   fix.satellites = static_cast<std::uint8_t>(gps.satellites);
-  fix.satellites_stated = gps.satellites_stated;
+  fix.satellites_valid = gps.satellites_stated;
   fix.simulated = scenario.simulated;
   return fix;
 }

@@ -28,21 +28,23 @@ void Departure::note(const MissionEvent& event) {
     liftoff_ = event.epoch;
 }
 
-void Departure::note(const Observation& fix) {
-  const int index = index_of(targets_, fix.target);
-  if (index < 0) return;
+void Departure::note(const Observation& observation) {
+  const int index = index_of(targets_, observation.target);
+  const auto* measured = std::get_if<Fix>(&observation.measured);
+  if (index < 0 || measured == nullptr) return;
+  const Fix& fix = *measured;
   Target& t = motions_[static_cast<std::size_t>(index)];
   if (t.motion) return;
-  const Duration apart = t.last ? fix.epoch - t.last->epoch : Duration{0};
+  const Duration apart = t.last ? observation.epoch - t.last->epoch : Duration{0};
   if (t.last && apart < least_step) return;  // too near, or late
   const double dt = apart.seconds();
   const double noise_m = noise_sigmas * std::hypot(fix.sigma_horizontal_m, fix.sigma_vertical_m);
   bool moves = false;
   if (t.last && apart <= most_step) {
-    const Eigen::Vector3d slope = (fix.position.m - t.last->position.m) / dt;
-    const bool with_velocity = fix.velocity_valid && t.last->velocity_valid;
+    const Eigen::Vector3d slope = (fix.position.m - t.last->fix.position.m) / dt;
+    const bool with_velocity = fix.velocity_valid && t.last->fix.velocity_valid;
     const Eigen::Vector3d expected =
-        with_velocity ? Eigen::Vector3d((fix.velocity.m_s + t.last->velocity.m_s) / 2) : t.slope_m_s;
+        with_velocity ? Eigen::Vector3d((fix.velocity.m_s + t.last->fix.velocity.m_s) / 2) : t.slope_m_s;
     const bool as_expected = (slope - expected).norm() <= noise_m / dt + acceleration_m_s2 * dt;
     const double speed = with_velocity ? expected.norm() : slope.norm() - noise_m / dt;
     moves = speed >= moving_m_s && (as_expected || (!with_velocity && t.moving == 0));
@@ -51,7 +53,7 @@ void Departure::note(const Observation& fix) {
   if (moves && t.moving == 0) t.moving_since = t.last->epoch;
   t.moving = moves ? t.moving + 1 : 0;
   if (t.moving >= steps) t.motion = t.moving_since;
-  t.last = fix;
+  t.last = {.epoch = observation.epoch, .fix = fix};
 }
 
 bool Departure::left_pad(const Name& target, Time epoch) const {

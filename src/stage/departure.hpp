@@ -18,13 +18,17 @@ class Departure {
   /// (simulated or not), are not heard.
   void note(const MissionEvent& event);
   /// A fix of a known target that ingest has nothing to say against but where it is.
-  void note(const Observation& fix);
+  void note(const Observation& observation);
 
   [[nodiscard]] bool left_pad(const Name& target, Time epoch) const;
 
  private:
+  struct KnownFix {
+    Time epoch;
+    Fix fix;
+  };
   struct Target {
-    std::optional<Observation> last;  ///< fix that was compared
+    std::optional<KnownFix> last;  ///< that was compared
     Eigen::Vector3d slope_m_s = Eigen::Vector3d::Zero();
     int moving = 0;  ///< steps in a row
     Time moving_since;

@@ -25,23 +25,27 @@ class Engine::Impl {
   }
 
   void operator()(const MissionEvent& event) { ingest_.note(event); }
+  // Recorded and replayed; no stage depends on them yet.
+  void operator()(const OperatorCommand&) {}
+  void operator()(const AntennaReport&) {}
+  void operator()(const PlatformState&) {}
   void operator()(const RadarTspi& tspi) {
-    if (stages_.ingest) take(ingest_.judge(tspi));
+    if (stages_.ingest) pass_on(ingest_.judge(tspi));
   }
   void operator()(const GpsFix& fix) {
-    if (stages_.ingest) take(ingest_.judge(fix));
+    if (stages_.ingest) pass_on(ingest_.judge(fix));
   }
   void operator()(const AngleTspi& tspi) {
-    if (stages_.ingest) take(ingest_.judge(tspi));
+    if (stages_.ingest) pass_on(ingest_.judge(tspi));
   }
   void operator()(const Observation& o) {
-    if (!stages_.ingest) follow(ingest_.judge(o));
+    if (!stages_.ingest) align_and_fuse(ingest_.judge(o));
   }
   void operator()(const ClockGap& gap) {
-    if (!plausible(gap.resumed) || !last_tick_ || gap.resumed <= next_tick_) return;
-    next_tick_ = ceil_to_grid(gap.resumed, config_.tick);
+    if (!plausible(gap.epoch) || !last_tick_ || gap.epoch <= next_tick_) return;
+    next_tick_ = ceil_to_grid(gap.epoch, config_.tick);
     last_tick_ = next_tick_ - config_.tick;
-    last_event_ = gap.resumed;
+    last_event_ = gap.epoch;
   }
 
   /// The time of an event, before it is handled.
@@ -75,13 +79,13 @@ class Engine::Impl {
 
  private:
   /// INGEST's result, and on to the next stage.
-  void take(const Observation& o) {
+  void pass_on(const Observation& o) {
     sink_.emit(o);
-    follow(o);
+    align_and_fuse(o);
   }
 
   /// ALIGN and FUSE.
-  void follow(const Observation& o) {
+  void align_and_fuse(const Observation& o) {
     monitor_.count(o);
     if (!methods_ || o.verdict != Reason::Accepted) return;
     methods_->process(o, ingest_.left_pad(o.target, o.epoch));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "indices.hpp"
+
 namespace downrange {
 namespace {
 
@@ -20,183 +22,186 @@ constexpr double sigma_floor_m = 0.1;
 constexpr double sigma_max = 1e5;
 constexpr double sigma_floor_m_s = 0.01;
 
-bool plausible_sigmas(const Observation& o) {
-  return o.sigma_horizontal_m > 0 && o.sigma_horizontal_m <= sigma_max && o.sigma_vertical_m > 0 &&
-         o.sigma_vertical_m <= sigma_max && o.sigma_velocity_m_s > 0 && o.sigma_velocity_m_s <= sigma_max;
-}
+bool plausible_sigma(double sigma) { return sigma > 0 && sigma <= sigma_max; }
 
-bool finite_angles(const Polar& q) { return std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad); }
-
-/// `sensor`: a radar or an angles-only tracker.
-template <class Sensor>
-bool in_elevation_limits(const Polar& q, const Sensor& sensor) {
-  return q.elevation_rad >= sensor.elevation_min_rad && q.elevation_rad <= sensor.elevation_max_rad;
-}
-
-/// What an observation shares with the plot it comes from.
-template <class Tspi>
-Observation observation_of(ObservationKind kind, const Tspi& tspi, const Polar& measured) {
+/// What an observation shares with the message it comes from.
+template <class Message>
+Observation observation_of(const Message& message, const Name& sensor, Measured measured) {
   Observation o;
-  o.kind = kind;
-  o.sensor = tspi.sensor;
-  o.target = tspi.target;
-  o.sequence = tspi.sequence;
-  o.epoch = tspi.epoch;
-  o.received = tspi.received;
-  o.measured = measured;
-  o.measured.azimuth_rad = wrap_two_pi(measured.azimuth_rad);
-  o.simulated = tspi.simulated;
+  o.sensor = sensor;
+  o.target = message.target;
+  o.sequence = message.sequence;
+  o.epoch = message.epoch;
+  o.received = message.received;
+  o.measured = std::move(measured);
+  o.simulated = message.simulated;
   return o;
 }
 
-template <class Config>
-bool known_source(const std::vector<Config>& configured, const Name& id) {
-  return std::ranges::find(configured, id, &Config::id) != configured.end();
+Plot plot_of(const RadarTspi& tspi) {
+  return {.measured = {tspi.measured.range_m, wrap_two_pi(tspi.measured.azimuth_rad), tspi.measured.elevation_rad},
+          .range_valid = tspi.range_valid,
+          .angles_valid = tspi.azimuth_valid && tspi.elevation_valid,
+          .range_rate_m_s = tspi.range_rate_m_s,
+          .range_rate_valid = tspi.range_rate_valid,
+          .snr_db = tspi.snr_db,
+          .snr_valid = tspi.snr_valid};
 }
 
 double stated_or(double stated, double configured, double floor) {
   return stated > 0 ? std::max(stated, floor) : configured;
 }
 
+/// Whether an instrument of this mode tells something of its own.
+Reason judge_mode(TrackMode mode) {
+  if (mode == TrackMode::Slaved) return Reason::Slaved;
+  return mode == TrackMode::Track ? Reason::Accepted : Reason::NotTracking;
+}
+
+/// The first that is not Accepted.
+template <class... Judges>
+Reason first_reason(Judges&&... judges) {
+  Reason reason = Reason::Accepted;
+  static_cast<void>(((reason = judges(), reason == Reason::Accepted) && ...));
+  return reason;
+}
+
 }  // namespace
 
-Ingest::Ingest(const RangeConfig& config) : config_(config), departure_(config) {}
+Ingest::Ingest(const RangeConfig& config) : config_(config), sources_(config), departure_(config) {}
 
 Observation Ingest::judge(const RadarTspi& tspi) {
-  Observation o = observation_of(ObservationKind::Radar, tspi, tspi.measured);
-  const auto radar = std::ranges::find(config_.radars, tspi.sensor, &RadarConfig::id);
-  const auto reason = [&] {
-    if (radar == config_.radars.end() || !known_source(config_.targets, tspi.target)) return Reason::UnknownSource;
-    if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
-    if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
-    if (!finite_angles(tspi.measured) || !std::isfinite(tspi.measured.range_m)) return Reason::NotFinite;
-    const bool in_range = tspi.measured.range_m >= radar->range_min_m && tspi.measured.range_m <= radar->range_max_m;
-    if (!in_range || !in_elevation_limits(tspi.measured, *radar)) return Reason::OutOfLimits;
-    return judge_time(o, stream_of(ObservationKind::Radar, tspi.sensor, tspi.target));
-  };
-  o.verdict = reason();
+  const Plot plot = plot_of(tspi);
+  Observation o = observation_of(tspi, tspi.sensor, plot);
+  o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); },
+                           [&] { return judge_instrument(o, plot); }, [&] { return judge_time(o); });
   return o;
 }
 
 Observation Ingest::judge(const AngleTspi& tspi) {
-  const Polar measured{.azimuth_rad = tspi.azimuth_rad, .elevation_rad = tspi.elevation_rad};
-  Observation o = observation_of(ObservationKind::Angles, tspi, measured);
-  const auto sensor = std::ranges::find(config_.angle_sensors, tspi.sensor, &AngleSensorConfig::id);
-  const auto reason = [&] {
-    if (sensor == config_.angle_sensors.end() || !known_source(config_.targets, tspi.target))
-      return Reason::UnknownSource;
-    if (tspi.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
-    if (tspi.mode != TrackMode::Track) return Reason::NotTracking;
-    if (!finite_angles(measured)) return Reason::NotFinite;
-    if (!in_elevation_limits(measured, *sensor)) return Reason::OutOfLimits;
-    return judge_time(o, stream_of(ObservationKind::Angles, tspi.sensor, tspi.target));
+  const Angles angles{.azimuth_rad = wrap_two_pi(tspi.azimuth_rad), .elevation_rad = tspi.elevation_rad};
+  Observation o = observation_of(tspi, tspi.sensor, angles);
+  const auto whole = [&] {
+    return tspi.azimuth_valid && tspi.elevation_valid ? Reason::Accepted : Reason::NotTracking;
   };
-  o.verdict = reason();
+  o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); }, whole,
+                           [&] { return judge_instrument(o, angles); }, [&] { return judge_time(o); });
   return o;
 }
 
-Observation Ingest::judge(const GpsFix& fix) {
-  Observation o;
-  o.kind = ObservationKind::Gps;
-  o.sensor = fix.station;
-  o.target = fix.target;
-  o.receiver = fix.receiver;
-  o.sequence = fix.sequence;
-  o.epoch = fix.epoch;
-  o.received = fix.received;
-  o.position = fix.position;
-  o.velocity = fix.velocity;
-  o.velocity_valid = fix.velocity_valid;
-  o.simulated = fix.simulated;
-  o.sigma_horizontal_m = stated_or(fix.sigma_horizontal_m, config_.gps.sigma_horizontal_m, sigma_floor_m);
-  o.sigma_vertical_m = stated_or(fix.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m);
-  o.sigma_velocity_m_s = stated_or(fix.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s);
-
-  const auto reason = [&] {
-    if (!known_source(config_.telemetry, fix.station) || !known_source(config_.targets, fix.target))
-      return Reason::UnknownSource;
-    if (fix.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
-    const bool three_dimensional = fix.fix == FixType::ThreeDimensional || fix.fix == FixType::Differential;
-    const bool stated = fix.satellites > 0 || fix.satellites_stated;
-    const bool too_few = stated && (fix.satellites == 0 || fix.satellites < config_.gps.min_satellites);
-    if (!three_dimensional || too_few) return Reason::NotTracking;
-    const bool finite_velocity = !fix.velocity_valid || fix.velocity.m_s.allFinite();
-    const bool finite_sigma = std::isfinite(fix.sigma_horizontal_m) && std::isfinite(fix.sigma_vertical_m) &&
-                              std::isfinite(fix.sigma_velocity_m_s);
-    if (!fix.position.m.allFinite() || !finite_velocity || !finite_sigma) return Reason::NotFinite;
-    const bool plausible_speed = !fix.velocity_valid || fix.velocity.m_s.norm() <= speed_max_m_s;
-    if (!plausible_speed || !plausible_sigmas(o)) return Reason::OutOfLimits;
-    return judge_fix(o);
+Observation Ingest::judge(const GpsFix& message) {
+  const Fix fix{
+      .position = message.position,
+      .velocity = message.velocity,
+      .velocity_valid = message.velocity_valid,
+      .sigma_horizontal_m = stated_or(message.sigma_horizontal_m, config_.gps.sigma_horizontal_m, sigma_floor_m),
+      .sigma_vertical_m = stated_or(message.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m),
+      .sigma_velocity_m_s = stated_or(message.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s)};
+  Observation o = observation_of(message, message.station, fix);
+  o.receiver = message.receiver;
+  const auto has_fix = [&] {
+    const bool three_dimensional = message.fix == FixType::ThreeDimensional || message.fix == FixType::Differential;
+    const int least = std::max(config_.gps.min_satellites, 1);  // none is no fix, whatever is configured
+    const bool enough = !message.satellites_valid || message.satellites >= least;
+    return three_dimensional && enough ? Reason::Accepted : Reason::NotTracking;
   };
-  o.verdict = reason();
+  const auto finite_sigmas = [&] {
+    const bool finite = std::isfinite(message.sigma_horizontal_m) && std::isfinite(message.sigma_vertical_m) &&
+                        std::isfinite(message.sigma_velocity_m_s);
+    return finite ? Reason::Accepted : Reason::NotFinite;
+  };
+  o.verdict =
+      first_reason([&] { return judge_sender(o); }, has_fix, finite_sigmas, [&] { return judge_instrument(o, fix); },
+                   [&] { return judge_time(o); }, [&] { return judge_pad(o); });
   return o;
 }
 
-Observation Ingest::judge(Observation observation) {
-  if (observation.verdict != Reason::Accepted) return observation;
-  const bool gps = observation.kind == ObservationKind::Gps;
-  const auto known_sensor = [&] {
-    switch (observation.kind) {
-      case ObservationKind::Radar:
-        return known_source(config_.radars, observation.sensor);
-      case ObservationKind::Gps:
-        return known_source(config_.telemetry, observation.sensor);
-      case ObservationKind::Angles:
-        return known_source(config_.angle_sensors, observation.sensor);
-    }
-    return false;
-  };
-  const auto reason = [&] {
-    if (!known_sensor() || !known_source(config_.targets, observation.target)) return Reason::UnknownSource;
-    if (observation.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
-    const bool whole = !gps ? finite_angles(observation.measured) && std::isfinite(observation.measured.range_m)
-                            : observation.position.m.allFinite() && std::isfinite(observation.sigma_horizontal_m) &&
-                                  std::isfinite(observation.sigma_vertical_m) &&
-                                  (!observation.velocity_valid || observation.velocity.m_s.allFinite());
-    if (!whole) return Reason::NotFinite;
-    if (gps && !plausible_sigmas(observation)) return Reason::OutOfLimits;
-    if (gps) return judge_fix(observation);
-    return judge_time(observation, stream_of(observation.kind, observation.sensor, observation.target));
-  };
-  observation.verdict = reason();
-  return observation;
+Observation Ingest::judge(Observation o) {
+  if (o.verdict == Reason::AwayFromPad) departure_.note(o);  // it tells, too, whether the vehicle has left
+  if (o.verdict != Reason::Accepted) return o;
+  o.verdict = first_reason(
+      [&] { return judge_sender(o); },
+      [&] { return std::visit([&](const auto& measured) { return judge_instrument(o, measured); }, o.measured); },
+      [&] { return judge_time(o); }, [&] { return judge_pad(o); });
+  return o;
 }
 
-Reason Ingest::judge_fix(const Observation& fix) {
-  if (const Reason place = judge_place(fix); place != Reason::Accepted && place != Reason::AwayFromPad) return place;
-  const Reason time = judge_time(fix, stream_of(ObservationKind::Gps, fix.receiver, fix.target));
-  if (time != Reason::Accepted) return time;
-  departure_.note(fix);
-  return judge_place(fix);
+Reason Ingest::judge_sender(const Observation& o) const {
+  const bool known =
+      sources_.find(kind_of(o.measured), o.sensor) != no_source && index_of(config_.targets, o.target) >= 0;
+  if (!known) return Reason::UnknownSource;
+  return o.simulated == config_.ingest.expect_simulated ? Reason::Accepted : Reason::SimulatedMismatch;
 }
 
-Reason Ingest::judge_place(const Observation& fix) const {
+Reason Ingest::judge_instrument(const Observation& o, const Plot& plot) const {
+  if (!plot.range_valid || !plot.angles_valid) return Reason::NotTracking;  // no method works with half a plot
+  const Polar& q = plot.measured;
+  const bool finite = std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad) &&
+                      (!plot.range_rate_valid || std::isfinite(plot.range_rate_m_s)) &&
+                      (!plot.snr_valid || std::isfinite(plot.snr_db));
+  if (!finite) return Reason::NotFinite;
+  const RadarConfig& radar = config_.radars[static_cast<std::size_t>(index_of(config_.radars, o.sensor))];
+  const bool range_inside = q.range_m >= radar.range_min_m && q.range_m <= radar.range_max_m;
+  const bool elevation_inside =
+      q.elevation_rad >= radar.elevation_min_rad && q.elevation_rad <= radar.elevation_max_rad;
+  const bool rate_inside = !plot.range_rate_valid || std::abs(plot.range_rate_m_s) <= speed_max_m_s;
+  return range_inside && elevation_inside && rate_inside ? Reason::Accepted : Reason::OutOfLimits;
+}
+
+Reason Ingest::judge_instrument(const Observation& o, const Angles& angles) const {
+  if (!std::isfinite(angles.azimuth_rad) || !std::isfinite(angles.elevation_rad)) return Reason::NotFinite;
+  const auto& sensors = config_.angle_sensors;
+  const AngleSensorConfig& sensor = sensors[static_cast<std::size_t>(index_of(sensors, o.sensor))];
+  const bool inside =
+      angles.elevation_rad >= sensor.elevation_min_rad && angles.elevation_rad <= sensor.elevation_max_rad;
+  return inside ? Reason::Accepted : Reason::OutOfLimits;
+}
+
+Reason Ingest::judge_instrument(const Observation&, const Fix& fix) const {
+  const bool finite = fix.position.m.allFinite() && (!fix.velocity_valid || fix.velocity.m_s.allFinite()) &&
+                      std::isfinite(fix.sigma_horizontal_m) && std::isfinite(fix.sigma_vertical_m) &&
+                      std::isfinite(fix.sigma_velocity_m_s);
+  if (!finite) return Reason::NotFinite;
   const Eigen::Vector3d& p = fix.position.m;
+  const double radius = p.norm();
   const bool null_island = p.x() > 0 && std::hypot(p.y(), p.z()) <= no_position_m;
-  if (null_island || p.norm() <= no_position_m) return Reason::NoPosition;
-  if (p.norm() < radius_min_m || p.norm() > radius_max_m) return Reason::OutOfLimits;
-  const bool away = config_.pad && (p - config_.pad->site.ecef().m).norm() > config_.pad->radius_m;
-  return away && !departure_.left_pad(fix.target, fix.epoch) ? Reason::AwayFromPad : Reason::Accepted;
+  if (null_island || radius <= no_position_m) return Reason::NoPosition;
+  const bool plausible_place = radius >= radius_min_m && radius <= radius_max_m;
+  const bool plausible_speed = !fix.velocity_valid || fix.velocity.m_s.norm() <= speed_max_m_s;
+  const bool plausible_sigmas = plausible_sigma(fix.sigma_horizontal_m) && plausible_sigma(fix.sigma_vertical_m) &&
+                                plausible_sigma(fix.sigma_velocity_m_s);
+  return plausible_place && plausible_speed && plausible_sigmas ? Reason::Accepted : Reason::OutOfLimits;
 }
 
-Ingest::Stream& Ingest::stream_of(ObservationKind kind, const Name& source, const Name& target) {
+Reason Ingest::judge_pad(const Observation& o) {
+  const auto* fix = std::get_if<Fix>(&o.measured);
+  if (fix == nullptr) return Reason::Accepted;
+  departure_.note(o);
+  const bool away = config_.pad && (fix->position.m - config_.pad->site.ecef().m).norm() > config_.pad->radius_m;
+  return away && !departure_.left_pad(o.target, o.epoch) ? Reason::AwayFromPad : Reason::Accepted;
+}
+
+Ingest::Stream& Ingest::stream_of(const Observation& o) {
+  const SourceKind kind = kind_of(o.measured);
+  const Name& source = kind == SourceKind::Telemetry ? o.receiver : o.sensor;
   for (Stream& s : streams_) {
-    if (s.kind == kind && s.source == source && s.target == target) return s;
+    if (s.kind == kind && s.source == source && s.target == o.target) return s;
   }
   // Whatever an outsider calls its receivers, memory stays bounded: streams that went quiet make room.
   if (streams_.size() >= max_streams) streams_.erase(streams_.begin());
-  streams_.push_back({.source = source, .target = target, .kind = kind, .recent = {}});
+  streams_.push_back({.source = source, .target = o.target, .kind = kind, .recent = {}});
   return streams_.back();
 }
 
-Reason Ingest::judge_time(const Observation& o, Stream& stream) const {
+Reason Ingest::judge_time(const Observation& o) {
   if (!plausible(o.epoch) || !plausible(o.received)) return Reason::OutOfLimits;
   const Time horizon = o.received - config_.fuse.history;
   if (o.epoch < horizon) return Reason::TooLate;
   if (o.epoch > o.received + config_.ingest.max_future) return Reason::FromFuture;
 
+  Stream& stream = stream_of(o);
   // Of GPS the same epoch is +- 1 ms; a radar's plots may follow each other as closely.
-  const Duration tolerance = o.kind == ObservationKind::Gps ? same_epoch : Duration{0};
+  const Duration tolerance = stream.kind == SourceKind::Telemetry ? same_epoch : Duration{0};
   std::erase_if(stream.recent, [&](const Stream::Entry& e) { return e.epoch < horizon - same_epoch; });
   for (const Stream::Entry& e : stream.recent) {
     const Duration apart = o.epoch - e.epoch;

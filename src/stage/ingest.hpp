@@ -3,6 +3,7 @@
 
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <vector>
 
 #include "departure.hpp"
@@ -38,19 +39,23 @@ class Ingest {
     Name source;  ///< radar or tracker; for GPS the on-board receiver: a double has the same receiver, whatever station
                   ///< relayed it
     Name target;
-    ObservationKind kind;
+    SourceKind kind;
     std::vector<Entry> recent;
   };
 
-  [[nodiscard]] Stream& stream_of(ObservationKind kind, const Name& source, const Name& target);
-  /// Where a fix is: a place for a vehicle, and its pad before lift-off.
-  [[nodiscard]] Reason judge_place(const Observation& fix) const;
-  /// Time, then place: a fix away from the pad still tells whether the vehicle moves.
-  [[nodiscard]] Reason judge_fix(const Observation& fix);
+  /// What holds for every message: source and target are known, it is of this node's world, its instrument tracks.
+  [[nodiscard]] Reason judge_sender(const Observation& o) const;
+  [[nodiscard]] Reason judge_instrument(const Observation& o, const Plot& plot) const;
+  [[nodiscard]] Reason judge_instrument(const Observation& o, const Angles& angles) const;
+  [[nodiscard]] Reason judge_instrument(const Observation& o, const Fix& fix) const;
   /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
-  [[nodiscard]] Reason judge_time(const Observation& o, Stream& stream) const;
+  [[nodiscard]] Reason judge_time(const Observation& o);
+  /// Of a fix: is it at the pad as long as the vehicle is? One that is not still tells whether the vehicle moves.
+  [[nodiscard]] Reason judge_pad(const Observation& o);
+  [[nodiscard]] Stream& stream_of(const Observation& o);
 
   RangeConfig config_;
+  SourceTable sources_;
   Departure departure_;
   std::vector<Stream> streams_;
 };

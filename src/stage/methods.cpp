@@ -42,35 +42,20 @@ MethodSettings settings_of(const RangeConfig& config) {
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
-  s.history = config.fuse.history;
-  s.gate_probability = config.fuse.gate_probability;
-  s.restart_after = config.fuse.restart_after;
-  s.reopen_after = config.fuse.reopen_after;
-  s.kinematics = config.fuse.kinematics;
-  s.q_cv_m2_s3 = config.fuse.q_cv_m2_s3;
-  s.q_ca_m2_s5 = config.fuse.q_ca_m2_s5;
-  s.batch = config.fuse.batch;
-  s.q_m2_s3 = config.fuse.q_m2_s3;
-  s.alpha_beta_acceleration_m_s2 = config.fuse.alpha_beta_acceleration_m_s2;
-  s.initial_sigma_velocity_m_s = config.fuse.initial_sigma_velocity_m_s;
-  s.initial_sigma_acceleration_m_s2 = config.fuse.initial_sigma_acceleration_m_s2;
-  s.gps_error = config.align.gps_error;
-  s.gps_alignment = config.align.gps_alignment;
-  s.no_gps = config.align.no_gps;
-  s.bias_offset_prior_m = config.align.offset_prior_m;
-  s.bias_scale_prior = config.align.scale_prior;
-  s.bias_window = config.align.window;
-  s.bias_offset_drift_m_sqrt_s = config.align.offset_drift_m_sqrt_s;
-  s.bias_scale_drift_sqrt_s = config.align.scale_drift_sqrt_s;
-  s.gps_q_m2_s3 = config.align.gps_q_m2_s3;
-  s.gps_use_velocity = config.gps.use_velocity;
-  s.gps_max_age = config.align.gps_max_age;
+  static_cast<ArbitrationSettings&>(s) = config.fuse;
+  static_cast<StartSettings&>(s) = config.fuse;
+  static_cast<KinematicsSettings&>(s) = config.fuse;
+  static_cast<CartesianFusionSettings&>(s) = config.fuse;
+  static_cast<QuickLookSettings&>(s) = config.fuse;
+  static_cast<GpsUseSettings&>(s) = config.gps;
+  static_cast<GpsSettings&>(s) = config.align;
+  static_cast<CartesianBiasSettings&>(s) = config.align;
   return s;
 }
 
 }  // namespace
 
-Methods::Methods(const RangeConfig& config) : config_(config), newest_(config.targets.size()) {
+Methods::Methods(const RangeConfig& config) : config_(config), sources_(config), newest_(config.targets.size()) {
   const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
     runners_.push_back({.name = name,
@@ -81,41 +66,35 @@ Methods::Methods(const RangeConfig& config) : config_(config), newest_(config.ta
 void Methods::process(const Observation& o, bool in_flight) {
   Measurement m;
   m.epoch = o.epoch;
-  m.kind = o.kind == ObservationKind::Gps ? Measurement::Kind::Gps : Measurement::Kind::Radar;
-  m.source = source_of(o);
+  m.source = sources_.find(kind_of(o.measured), o.sensor);
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
   m.in_flight = in_flight;
-  m.plot = o.measured;
-  m.position = o.position;
-  m.velocity = o.velocity;
-  m.velocity_valid = o.velocity_valid;
-  m.sigma_horizontal_m = o.sigma_horizontal_m;
-  m.sigma_vertical_m = o.sigma_vertical_m;
-  m.sigma_velocity_m_s = o.sigma_velocity_m_s;
+  if (const auto* plot = std::get_if<Plot>(&o.measured)) m.plot = plot->measured;
+  if (const auto* angles = std::get_if<Angles>(&o.measured)) m.plot = {0, angles->azimuth_rad, angles->elevation_rad};
+  if (const auto* fix = std::get_if<Fix>(&o.measured)) {
+    m.kind = Measurement::Kind::Gps;
+    m.source -= static_cast<int>(config_.radars.size() + config_.angle_sensors.size());
+    m.position = fix->position;
+    m.velocity = fix->velocity;
+    m.velocity_valid = fix->velocity_valid;
+    m.sigma_horizontal_m = fix->sigma_horizontal_m;
+    m.sigma_vertical_m = fix->sigma_vertical_m;
+    m.sigma_velocity_m_s = fix->sigma_velocity_m_s;
+  }
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
   newest = std::max(newest, m.epoch);
   for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
 }
 
-int Methods::source_of(const Observation& o) const {
-  switch (o.kind) {
-    case ObservationKind::Radar:
-      return index_of(config_.radars, o.sensor);
-    case ObservationKind::Gps:
-      return index_of(config_.telemetry, o.sensor);
-    case ObservationKind::Angles:
-      return static_cast<int>(config_.radars.size()) + index_of(config_.angle_sensors, o.sensor);
-  }
-  return -1;
-}
-
 void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
-  if (o.kind == ObservationKind::Gps) return;
+  const SourceKind kind = kind_of(o.measured);
+  if (kind == SourceKind::Telemetry) return;
+  const SourceId source = sources_.find(kind, o.sensor);
   for (const Runner& runner : runners_) {
     if (!runner.accepted) continue;
-    const BiasEstimate estimate = runner.method->bias(source_of(o));
-    const bool unused = o.kind == ObservationKind::Angles && estimate.samples == 0;  // by a method of radars alone
+    const BiasEstimate estimate = runner.method->bias(source);
+    const bool unused = kind == SourceKind::AngleSensor && estimate.samples == 0;  // by a method of radars alone
     if (estimate.terms == 0 || unused) continue;
     SensorBias bias;
     bias.sensor = o.sensor;

@@ -1,10 +1,11 @@
 #pragma once
 /// Stages 2 and 3, ALIGN and FUSE: the configured methods side by side, fed with accepted observations.
 
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <memory>
 #include <vector>
 
@@ -44,12 +45,11 @@ class Methods {
     bool accepted = false;             ///< the last observation
   };
 
-  /// As Measurement::source counts: trackers behind the radars.
-  [[nodiscard]] int source_of(const Observation& o) const;
   void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
                        TrackQuality quality, ResultSink& sink) const;
 
   RangeConfig config_;
+  SourceTable sources_;
   std::vector<Runner> runners_;
   std::vector<Time> newest_;  ///< per target
 };

@@ -1,7 +1,7 @@
 #pragma once
 /// Stage 4: where every antenna shall point.
 
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 /// Running account of every source: what came, how late, what was rejected and why, does it fit its model.
 
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <downrange/stage/source_table.hpp>
@@ -15,17 +15,14 @@ class SourceMonitor {
 
   void count(const Observation& o);
 
-  /// One record per source; `method` (null on an ingest node) adds what its gate rejected and how its innovations fit.
-  /// Call once a second.
+  /// One record per configured source, heard or not, and one for all that is not configured once something came of it;
+  /// `method` (null on an ingest node) adds what its gate rejected and how its innovations fit. Call once a second.
   void report(Time tick, const Method* method, ResultSink& sink);
 
  private:
-  struct Source {
-    Name sensor;
-    Name target;
-    SourceKind kind = SourceKind::Radar;
-    int account = -1;            ///< index in the method's accounts, -1: none
-    Duration silent_after = {};  ///< no message for longer
+  /// What came of one source.
+  struct Account {
+    Name target;  ///< of its newest message
     std::array<std::uint64_t, reason_count> count{};
     std::uint64_t messages = 0;
     std::uint64_t reported_messages = 0;
@@ -38,11 +35,14 @@ class SourceMonitor {
     bool frozen = false;  ///< by the method, and none accepted since
   };
 
+  [[nodiscard]] static SourceHealth health(Time tick, const Name& name, Account& account);
   /// What the method made of the source's messages.
-  static void add(const SourceAccount& account, Source& source, SourceHealth& health);
-  static void qualify(Time tick, const Source& source, int gated_in_row, SourceHealth& health);
+  static void add(const SourceAccount& of_method, Account& account, SourceHealth& health);
+  static void qualify(Time tick, const Source& source, const Account& account, int gated_in_row, SourceHealth& health);
 
-  std::vector<Source> sources_;  ///< as a method counts them, and last whoever is not configured
+  SourceTable sources_;
+  std::vector<Account> accounts_;  ///< by SourceId
+  Account unknown_;                ///< of whoever is not configured
 };
 
 }  // namespace downrange

@@ -20,9 +20,10 @@ std::string_view to_string(SourceKind kind) {
   return names.at(static_cast<std::size_t>(kind));
 }
 
-SourceKind kind_of(ObservationKind kind) {
+SourceKind kind_of(const Measured& measured) {
   static constexpr std::array kinds{SourceKind::Radar, SourceKind::Telemetry, SourceKind::AngleSensor};
-  return kinds.at(static_cast<std::size_t>(kind));
+  static_assert(kinds.size() == std::variant_size_v<Measured>);
+  return kinds.at(measured.index());
 }
 
 SourceTable::SourceTable(const RangeConfig& config) {

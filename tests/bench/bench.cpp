@@ -2,9 +2,9 @@
 #include <benchmark/benchmark.h>
 
 #include <archive/writer.hpp>
-#include <downrange/est/async_fusion.hpp>
-#include <downrange/est/method.hpp>
-#include <downrange/est/motion.hpp>
+#include <downrange/est/filter/async_fusion.hpp>
+#include <downrange/est/method/method.hpp>
+#include <downrange/est/model/motion.hpp>
 #include <downrange/stage/engine.hpp>
 #include <filesystem>
 #include <limits>

@@ -3,10 +3,10 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
-#include <downrange/est/joint.hpp>
-#include <downrange/est/schmidt.hpp>
-#include <downrange/est/song2015.hpp>
-#include <downrange/est/ts.hpp>
+#include <downrange/est/method/joint.hpp>
+#include <downrange/est/method/schmidt.hpp>
+#include <downrange/est/method/song2015.hpp>
+#include <downrange/est/method/ts.hpp>
 #include <numbers>
 #include <random>
 

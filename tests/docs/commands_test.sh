@@ -99,7 +99,7 @@ sudo() { # what follows sudo, on that folder
 }
 mkdir -p "$root/etc"
 by .ci/run "cmake --preset release && cmake --build --preset release"
-run "sudo cmake --install build/release --prefix /usr" "DESTDIR=$root cmake --install $build --prefix /usr"
+run "sudo cmake --install build/release --prefix /usr --strip" "DESTDIR=$root cmake --install $build --prefix /usr --strip"
 run "sudo systemd-sysusers && sudo systemd-tmpfiles --create downrange.conf"
 run "sudo install -D -m 644 /usr/share/downrange/config/naro.toml /etc/downrange/range.toml"
 run "sudo install -m 644 /usr/share/downrange/config/dds-qos.xml /etc/downrange/"

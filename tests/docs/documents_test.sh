@@ -39,7 +39,7 @@ right() {
   [ "$rc" -eq 0 ] || fail "'$2' in $1 was reported: $output"
 }
 
-header=include/downrange/est/method.hpp
+header=include/downrange/est/method/method.hpp
 wrong $header "// as ABSENT.md says" # a document that is not there
 wrong $header "// THEORY.md section 99"
 wrong $header "// THEORY.md\n/// section 99" # broken over two lines

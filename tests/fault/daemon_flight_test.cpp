@@ -159,40 +159,6 @@ TEST(DaemonFlight, FullDiskEndsTheArchiveNotTheTracking) {
   EXPECT_TRUE(daemon.running());
 }
 
-TEST(DaemonFlight, AStoppedServiceGoesOnWithoutTheTicksThatItMissed) {
-  const Folder folder;
-  const std::filesystem::path file = folder.path() / "flight.mcap";
-  Site site(159);
-  Daemon daemon(folder.path(), arguments(159, file));
-  {
-    const Feeder feeder(site.participant());
-    ASSERT_TRUE(eventually([&] { return site.status().consumed > 200; })) << daemon.log();
-    daemon.signal(SIGSTOP);
-    std::this_thread::sleep_for(2s);
-    daemon.signal(SIGCONT);
-    EXPECT_TRUE(daemon.logs("the ticks of that time are left out")) << daemon.log();
-    const std::uint64_t consumed = site.status().consumed;
-    ASSERT_TRUE(eventually([&] { return site.status().consumed > consumed + 200; })) << daemon.log();
-  }
-  daemon.signal(SIGTERM);
-  ASSERT_EQ(daemon.wait(), 0) << daemon.log();
-  archive::Reader reader(file);
-  std::optional<ClockGap> longest;
-  std::vector<Time> commands;
-  while (const auto entry = reader.next()) {
-    const auto* gap = std::get_if<ClockGap>(&entry->record);
-    if (gap != nullptr && (!longest || gap->epoch - gap->received > longest->epoch - longest->received)) longest = *gap;
-    if (const auto* command = std::get_if<SlavingCommand>(&entry->record)) commands.push_back(command->tick);
-  }
-  ASSERT_TRUE(longest);
-  EXPECT_GT(longest->epoch - longest->received, milliseconds(1500));
-  ASSERT_FALSE(commands.empty());
-  EXPECT_TRUE(std::ranges::none_of(commands, [&](Time t) { return t > longest->received && t < longest->epoch; }));
-  EXPECT_GT(commands.back(), longest->epoch);
-  replay(file, folder.path() / "replay.mcap");
-  EXPECT_TRUE(same_bits(file, folder.path() / "replay.mcap"));
-}
-
 TEST(DaemonFlight, AnArchiveThatIsTakenAwayGoesOnInANewFile) {
   const Folder folder;
   const std::filesystem::path archives = folder.path() / "archives";

@@ -84,6 +84,7 @@ TEST(HealthNotes, EachChangeOnceAndBySource) {
   EXPECT_EQ(notes.changes(health), "");
   health.qualified = false;
   health.why = Disqualification::Silent;
+  health.count[0] = 1;
   EXPECT_EQ(notes.changes(health), "source a: NOT qualified: silent");
   EXPECT_EQ(notes.changes(health), "");
   health.why = Disqualification::Rejected;
@@ -92,6 +93,10 @@ TEST(HealthNotes, EachChangeOnceAndBySource) {
   SourceHealth other = health;
   other.sensor = "b";
   EXPECT_EQ(notes.changes(other), "source b: NOT qualified: not_tracking");
+  SourceHealth unheard;
+  unheard.sensor = "c";
+  unheard.why = Disqualification::Silent;
+  EXPECT_EQ(notes.changes(unheard), "source c: NOT qualified: silent since start");
   health.qualified = true;
   health.mismatch = true;
   health.nis_inside_95 = 0.9;

@@ -90,13 +90,14 @@ TEST(DdsStart, AValueThatTheMiddlewareDoesNotKnow) {
 }
 
 TEST(DdsStart, MissingProfilesAreNamed) {
-  const BrokenProfiles writer("<data_writer profile_name=\"downrange/slaving\">",
-                              "<data_writer profile_name=\"other\">");
+  const BrokenProfiles writer("<data_writer profile_name=\"mark\">", "<data_writer profile_name=\"other\">");
   EXPECT_EQ(error_of(domain, writer.path),
-            "DDS profiles " + writer.path.string() + ": missing profile: data_writer downrange/slaving");
-  const BrokenProfiles reader("<data_reader profile_name=\"range/gps\">", "<data_reader profile_name=\"other\">");
-  EXPECT_EQ(error_of(domain, reader.path),
-            "DDS profiles " + reader.path.string() + ": missing profile: data_reader range/gps");
+            "DDS profiles " + writer.path.string() +
+                ": missing profile: data_writer range/mission or mark, data_writer range/operator or mark");
+  const BrokenProfiles reader("<data_reader profile_name=\"stream\">", "<data_reader profile_name=\"range/gps\">");
+  const std::string error = error_of(domain, reader.path);
+  EXPECT_NE(error.find("data_reader range/radar_tspi or stream"), std::string::npos) << error;
+  EXPECT_EQ(error.find("range/gps"), std::string::npos) << "has a profile of its own: " << error;
   const BrokenProfiles participant("<participant profile_name=\"downrange\">", "<participant profile_name=\"x\">");
   EXPECT_EQ(error_of(domain, participant.path),
             "DDS profiles " + participant.path.string() + ": no participant profile 'downrange'");

@@ -33,19 +33,20 @@ int main(int argc, char** argv) {
   const dds_entity_t participant = dds_create_participant((dds_domainid_t)strtoul(argv[1], NULL, 10), NULL, NULL);
   dds_qos_t* qos = radar_qos();
   const dds_entity_t topic =
-      dds_create_topic(participant, &downrange_wire_RadarTspi_desc, "range/radar_tspi", NULL, NULL);
+      dds_create_topic(participant, &downrange_wire_RadarTspiV2_desc, "range/radar_tspi", NULL, NULL);
   const dds_entity_t writer = dds_create_writer(participant, topic, qos, NULL);
   dds_delete_qos(qos);
   if (participant < 0 || topic < 0 || writer < 0) {
     fprintf(stderr, "DDS domain %s cannot be opened: %s\n", argv[1], dds_strretcode(writer));
     return 2;
   }
-  downrange_wire_RadarTspi plot = {0};
+  downrange_wire_RadarTspiV2 plot = {0};
   strncpy(plot.sensor_id, argv[2], sizeof plot.sensor_id - 1);
   strncpy(plot.target_id, argv[3], sizeof plot.target_id - 1);
   plot.range_m = 100e3;
   plot.azimuth_rad = 3;
   plot.elevation_rad = 0.5;
+  plot.range_valid = plot.azimuth_valid = plot.elevation_valid = true;
   plot.mode = downrange_wire_TRACK_MODE_TRACK;
   const dds_duration_t period = DDS_MSECS(strtol(argv[4], NULL, 10));
   for (;;) {

@@ -46,7 +46,12 @@ std::vector<Event> flight_events(std::uint64_t step) {
     fix.station = "goheung-tm";
     events.emplace_back(fix);
   }
-  if (step % 500 == 1) events.emplace_back(sample_mark(step));
+  if (step % 500 == 1) {
+    events.emplace_back(sample_mark(step));
+    events.emplace_back(test::sample<OperatorCommand>());
+    events.emplace_back(test::sample<AntennaReport>());
+    events.emplace_back(test::sample<PlatformState>());
+  }
   return events;
 }
 
@@ -65,7 +70,7 @@ void expect_equal_events(const std::vector<Event>& a, const std::vector<Event>& 
   for (std::size_t i = 0; i < a.size(); ++i) {
     ASSERT_EQ(a[i].index(), b[i].index());
     EXPECT_EQ(received_of(a[i]), received_of(b[i]));
-    std::visit([&](const auto& x) { expect_equal(x, std::get<std::decay_t<decltype(x)>>(b[i])); }, a[i]);
+    EXPECT_TRUE(a[i] == b[i]) << "event " << i;
   }
 }
 
@@ -184,15 +189,15 @@ TEST(DdsLockstep, ALostSampleStopsTheFlightByName) {
   driver.wait_for_nodes(seconds(30));
   // A clock beside the driver's, which announces one plot more than there is.
   Tally<WriteCounts> tally;
-  TopicWriter<wire::RangeClockPubSubType> clock(participant, topics::clock, tally);
+  TopicWriter<wire::RangeClockV2PubSubType> clock(participant, topics::clock, tally);
   InputWriters inputs(participant);
   ASSERT_TRUE(wait_until(seconds(30), [&] { return clock.readers().count() == 1; }));
   ASSERT_TRUE(inputs.wait_for_matched(1, seconds(30)));
   ASSERT_TRUE(inputs.write(sample_plot(), {77, 1}));
-  wire::RangeClock sample;
+  wire::RangeClockV2 sample;
   sample.run_id(77);
   sample.step(1);
-  wire::SourceCount count;
+  wire::SourceCountV2 count;
   count.topic(wire::INPUT_RADAR_TSPI);
   count.source_id() = "goheung-radar";
   count.last_sequence_number(2);
@@ -206,11 +211,11 @@ TEST(DdsLockstep, ALostSampleStopsTheFlightByName) {
 TEST(DdsLockstep, TheDriverHearsWhyANodeGaveUp) {
   Participant node(test_participant(34, "service", ClockMode::Range));
   Tally<WriteCounts> tally;
-  TopicWriter<wire::ClockAckPubSubType> ack(node, topics::clock_ack, tally);
+  TopicWriter<wire::ClockAckV2PubSubType> ack(node, topics::clock_ack, tally);
   Participant participant(test_participant(34, "simulator", ClockMode::Range));
   RangeClockDriver driver(participant, {{"service"}, 1, seconds(60)});
   driver.step(flight_time(1), {});
-  wire::ClockAck sample;
+  wire::ClockAckV2 sample;
   sample.node_id() = "service";
   sample.run_id(driver.run_id());
   sample.failure() = "lost something";
@@ -316,13 +321,13 @@ void ingest(const RangeStep& step, OutputWriters& outputs) {
     Observation observation = sample_observation();
     observation.received = step.time;
     if (const auto* plot = std::get_if<RadarTspi>(&event)) {
-      observation.kind = ObservationKind::Radar;
+      observation.measured = test::sample_measured_plot();
       observation.sensor = plot->sensor;
       observation.target = plot->target;
       observation.sequence = plot->sequence;
       outputs.emit(observation);
     } else if (const auto* angles = std::get_if<AngleTspi>(&event)) {
-      observation.kind = ObservationKind::Angles;
+      observation.measured = Angles{};
       observation.sensor = angles->sensor;
       observation.target = angles->target;
       observation.sequence = angles->sequence;
@@ -352,7 +357,7 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   FollowingNode centre(37, "centre", centre_options, false, [&](const RangeStep& step) {
     const std::size_t fixes = step.step % 10 == 0 ? 2 : 0;
     const std::size_t angles = step.step % 4 == 0 ? 1 : 0;
-    const std::size_t expected = step.end ? 0 : 2 * (3 + angles + 2 * fixes) + (step.step % 500 == 1 ? 1 : 0);
+    const std::size_t expected = step.end ? 0 : 2 * (3 + angles + 2 * fixes) + (step.step % 500 == 1 ? 4 : 0);
     EXPECT_EQ(step.events.size(), expected) << "step " << step.step;
     for (const Event& event : step.events) {
       if (const auto* observation = std::get_if<Observation>(&event)) {
@@ -373,7 +378,7 @@ TEST(DdsLockstep, ACentreGetsTheStepsOfItsIngestNodes) {
   EXPECT_EQ(b.wait_for_end(), "");
   EXPECT_EQ(centre.wait_for_end(), "");
   EXPECT_EQ(observations, 2 * (3 * flight_steps + flight_steps / 4 + 4 * (flight_steps / 10)));
-  EXPECT_EQ(marks, 1U);
+  EXPECT_EQ(marks, 4U) << "what ingest does not judge reaches the centre as it is";
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "dds/mismatch.hpp"
 #include "dds/outputs.hpp"
 #include "dds/topics.hpp"
+#include "dds/wire_catalogue.hpp"
 #include "dds_samples.hpp"
 
 namespace downrange::dds {
@@ -116,15 +117,16 @@ TEST(Mismatch, PeersAreNamedWhileTheyAreThere) {
     Stranger stranger;
     fdds::DataWriterQos best_effort = fdds::DATAWRITER_QOS_DEFAULT;
     best_effort.reliability().kind = fdds::BEST_EFFORT_RELIABILITY_QOS;
-    stranger.write(topics::radar_tspi, fdds::TypeSupport(new wire::RadarTspiPubSubType), best_effort);
-    stranger.write(topics::gps, fdds::TypeSupport(new wire::RadarTspiPubSubType), fdds::DATAWRITER_QOS_DEFAULT);
-    stranger.read(topics::slaving, fdds::TypeSupport(new wire::SlavingCommandPubSubType), fdds::DATAREADER_QOS_DEFAULT);
-    stranger.read(topics::status, fdds::TypeSupport(new wire::ServiceStatusPubSubType), fdds::DATAREADER_QOS_DEFAULT);
+    stranger.write(topic_of<RadarTspi>, fdds::TypeSupport(new wire::RadarTspiV2PubSubType), best_effort);
+    stranger.write(topic_of<GpsFix>, fdds::TypeSupport(new wire::RadarTspiV2PubSubType), fdds::DATAWRITER_QOS_DEFAULT);
+    stranger.read(topic_of<SlavingCommand>, fdds::TypeSupport(new wire::SlavingCommandV2PubSubType),
+                  fdds::DATAREADER_QOS_DEFAULT);
+    stranger.read(topics::status, fdds::TypeSupport(new wire::ServiceStatusV2PubSubType), fdds::DATAREADER_QOS_DEFAULT);
     ASSERT_TRUE(eventually([](const auto& all) { return all.size() == 3; }));
     for (const auto& [begin, end] :
          {std::pair{"range/radar_tspi: writer 'stranger' at ", "): reliability: BEST_EFFORT offered, RELIABLE asked"},
           std::pair{"range/gps: writer 'stranger' at ",
-                    "): type: downrange::wire::RadarTspi offered, downrange::wire::GpsFix asked"},
+                    "): type: downrange::wire::RadarTspiV2 offered, downrange::wire::GpsFixV2 asked"},
           std::pair{"downrange/slaving: reader 'stranger' at ", "): ownership: EXCLUSIVE offered, SHARED asked"}}) {
       const std::vector<std::string> all = node.mismatches();
       EXPECT_TRUE(std::ranges::any_of(

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   };
   dds::Participant participant({std::atoi(argv[1]), {}, "node", dds::ClockMode::Wall});
   dds::OutputOptions options;
-  options.antennas = {"cyclone", "fast"};
+  options.owned_keys<SlavingCommand>() = {{"cyclone", {}}, {"fast", {}}};
   dds::OutputWriters writers(participant, options);
   const dds::InputReader reader(participant, {}, [&](const Event& event, const dds::RangeStamp&, const Name&) {
     const auto* plot = std::get_if<RadarTspi>(&event);
@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   });
   while (true) {
-    for (const Name& antenna : options.antennas) {
+    for (const auto& [antenna, none] : options.owned_keys<SlavingCommand>()) {
       SlavingCommand command;
       command.antenna = antenna;
       command.target = "node";

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <optional>
@@ -18,12 +17,6 @@
 
 namespace downrange::dds {
 namespace {
-
-/// Ticks are a second apart in the nodes' time and a hundredth in real time: leases and deadlines, which are 3 s here,
-/// end a hundred times later for a reader that only counts the time than for a node that knows what it has to say.
-constexpr Duration tick = milliseconds(1000);
-/// Ticks until a node gives up an antenna: those of the profile's deadline, and one.
-constexpr int ticks_to_release = 4;
 
 /// The commands of both nodes, tick by tick: the tick's number as apply_at, the node's name as target.
 class TwoNodes {
@@ -39,24 +32,21 @@ class TwoNodes {
     ++tick_;
     if (!lost_at_) command(strong_, "strong", "lost");
     command(strong_, "strong", "kept");
-    strong_.release_silent(now());
     for (const char* antenna : {"lost", "kept"}) command(weak_, "weak", antenna);
-    weak_.release_silent(now());
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   /// The stronger node has nothing to say of one antenna from the next tick on.
   void lose() { lost_at_ = tick_ + 1; }
   [[nodiscard]] std::int64_t lost_at() const { return lost_at_.value_or(0); }
-  [[nodiscard]] WriteCounts strong_counts() const { return strong_.counts(); }
 
  private:
   static OutputOptions options(int strength) {
     OutputOptions options;
     options.strength = strength;
-    options.antennas = {"lost", "kept"};
+    options.owned_keys<SlavingCommand>() = {{"lost", {}}, {"kept", {}}};
     return options;
   }
-  [[nodiscard]] Time now() const { return Time{1'800'000'000'000'000'000} + Duration{tick_ * tick.ns}; }
+  [[nodiscard]] Time now() const { return Time{1'800'000'000'000'000'000} + milliseconds(25 * tick_); }
   void command(OutputWriters& node, const char* name, const char* antenna) const {
     SlavingCommand command = sample_command(antenna);
     command.target = name;
@@ -112,21 +102,17 @@ void fly(TwoNodes& nodes, const Antenna& lost, const Antenna& kept) {
   fly_until([&] { return lost.settled_on("weak"); });
 }
 
-/// One change over; the tick of the weaker node's first command.
-std::int64_t change_over(const TwoNodes& nodes, const Antenna& antenna) {
+void expect_change_over(const TwoNodes& nodes, const Antenna& antenna) {
   const std::vector<Heard> heard = antenna.heard(nodes.lost_at() - Antenna::settled / 2);
   const auto weak = std::ranges::find(heard, Name("weak"), &Heard::node);
-  if (weak == heard.begin() || weak == heard.end()) {
-    ADD_FAILURE() << "no change over";
-    return 0;
-  }
+  ASSERT_NE(weak, heard.begin());
+  ASSERT_NE(weak, heard.end());
   EXPECT_EQ((weak - 1)->tick, nodes.lost_at() - 1) << "the stronger one's last";
   EXPECT_GE(weak->tick, nodes.lost_at());
   EXPECT_TRUE(std::all_of(weak, heard.end(), [](const Heard& h) { return h.node == Name("weak"); }));
-  return weak->tick;
 }
 
-TEST(DdsRelease, AFastDdsAntennaHearsTheWeakerNodeOfWhatTheStrongerGaveUp) {
+TEST(DdsRelease, AFastDdsAntennaHearsTheWeakerNodeWhereTheStrongerIsSilent) {
   TwoNodes nodes(42);
   Participant consumer({42, nodes.profiles(), "antennas", ClockMode::Wall});
   Antenna lost;
@@ -138,9 +124,8 @@ TEST(DdsRelease, AFastDdsAntennaHearsTheWeakerNodeOfWhatTheStrongerGaveUp) {
                                },
                                {}});
   fly(nodes, lost, kept);
-  EXPECT_LE(change_over(nodes, lost), nodes.lost_at() + ticks_to_release);
+  expect_change_over(nodes, lost);
   for (const Heard& heard : kept.heard(nodes.lost_at())) EXPECT_EQ(heard.node, Name("strong"));
-  EXPECT_EQ(nodes.strong_counts().failures, 0U) << nodes.strong_counts().last_failure;
 }
 
 #ifdef CYCLONE_CLIENT
@@ -171,13 +156,12 @@ class CycloneAntenna : public Antenna {
   std::thread listening_;
 };
 
-// It goes by the lease of the antenna's writer.
-TEST(DdsRelease, AnotherVendorsAntennaHearsTheWeakerNodeOfWhatTheStrongerGaveUp) {
+TEST(DdsRelease, AnotherVendorsAntennaHearsTheWeakerNodeWhereTheStrongerIsSilent) {
   TwoNodes nodes(43);
   const CycloneAntenna lost("lost");
   const CycloneAntenna kept("kept");
   fly(nodes, lost, kept);
-  change_over(nodes, lost);
+  expect_change_over(nodes, lost);
   for (const Heard& heard : kept.heard(nodes.lost_at())) EXPECT_EQ(heard.node, Name("strong"));
 }
 #endif

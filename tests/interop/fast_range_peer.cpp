@@ -34,10 +34,13 @@ Topic* topic(DomainParticipant& participant, const char* name, const TypeSupport
 void be_radar(DomainParticipant& participant, const char* name) {
   Publisher* publisher = participant.create_publisher(PUBLISHER_QOS_DEFAULT);
   DataWriter* writer = publisher->create_datawriter(
-      topic(participant, "range/radar_tspi", TypeSupport(new wire::RadarTspiPubSubType)), DATAWRITER_QOS_DEFAULT);
-  wire::RadarTspi plot;
+      topic(participant, "range/radar_tspi", TypeSupport(new wire::RadarTspiV2PubSubType)), DATAWRITER_QOS_DEFAULT);
+  wire::RadarTspiV2 plot;
   plot.sensor_id() = name;
   plot.target_id() = "vehicle";
+  plot.range_valid(true);
+  plot.azimuth_valid(true);
+  plot.elevation_valid(true);
   plot.mode(wire::TRACK_MODE_TRACK);
   while (true) {
     plot.sequence_number(plot.sequence_number() + 1);
@@ -63,8 +66,8 @@ DataReaderQos antenna_qos() {
 void be_antenna(DomainParticipant& participant, const std::string& name) {
   Subscriber* subscriber = participant.create_subscriber(SUBSCRIBER_QOS_DEFAULT);
   DataReader* reader = subscriber->create_datareader(
-      topic(participant, "downrange/slaving", TypeSupport(new wire::SlavingCommandPubSubType)), antenna_qos());
-  wire::SlavingCommand command;
+      topic(participant, "downrange/slaving", TypeSupport(new wire::SlavingCommandV2PubSubType)), antenna_qos());
+  wire::SlavingCommandV2 command;
   SampleInfo info;
   while (true) {
     while (reader->take_next_sample(&command, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {

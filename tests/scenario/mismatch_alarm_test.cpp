@@ -69,6 +69,7 @@ TEST(MismatchAlarm, IsSilentWhereTheModelIsRight) {
   for (const double time_tag_s : {0.0, 0.1}) {
     for (const auto& [source, t] : fly(time_tag_s, {BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time})) {
       EXPECT_EQ(t.rang_s, 0) << source.view() << " with " << time_tag_s << " s: least share " << t.least_share;
+      if (why_not_qualified(t.last) == "silent since start") continue;
       EXPECT_GT(t.last.nis_count, 300) << source.view();
     }
   }

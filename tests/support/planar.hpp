@@ -2,7 +2,7 @@
 /// A plane with nearly-constant-velocity targets and random measurements, for tests of bias estimators that are linear.
 
 #include <Eigen/Core>
-#include <downrange/est/gaussian.hpp>
+#include <downrange/est/filter/gaussian.hpp>
 #include <random>
 
 namespace downrange::test {

@@ -319,7 +319,7 @@ TEST_F(ImportTable, FixTypesAndSatellites) {
   EXPECT_TRUE(good.velocity_valid);
   const auto& none = std::get<GpsFix>(all[2]);
   EXPECT_EQ(none.fix, FixType::None);
-  EXPECT_TRUE(none.satellites == 0 && none.satellites_stated);
+  EXPECT_TRUE(none.satellites == 0 && none.satellites_valid);
   EXPECT_FALSE(none.velocity_valid) << "two of three components are no velocity";
 }
 

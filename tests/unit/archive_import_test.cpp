@@ -177,7 +177,7 @@ TEST_F(ArchiveImport, FilesAreMergedInTheOrderReceived) {
   EXPECT_EQ(gps.received, t0 + Duration{1'000'500'000});
   EXPECT_EQ(gps.position.m, ecef_from_geodetic({30 * std::numbers::pi / 180, -80 * std::numbers::pi / 180, 304.8}).m);
   EXPECT_EQ(gps.satellites, 9);
-  EXPECT_TRUE(gps.satellites_stated);
+  EXPECT_TRUE(gps.satellites_valid);
   EXPECT_EQ(gps.receiver, Name("rx"));
   EXPECT_FALSE(gps.velocity_valid);
   const auto& gps_back = std::get<GpsFix>(entries[4].record);

@@ -20,12 +20,15 @@ TEST(ArchiveReplay, StreamsTheEventsInOrderAndTheLastTick) {
   std::vector<Event> events;
   while (auto event = source.next()) events.push_back(*event);
 
-  ASSERT_EQ(events.size(), 5u) << "the observation that the engine made is not an event";
+  ASSERT_EQ(events.size(), 8u) << "the observation that the engine made is not an event";
   EXPECT_TRUE(std::holds_alternative<MissionEvent>(events[0]));
   EXPECT_TRUE(std::holds_alternative<RadarTspi>(events[1]));
   EXPECT_TRUE(std::holds_alternative<GpsFix>(events[2]));
   EXPECT_TRUE(std::holds_alternative<Observation>(events[3]));
   EXPECT_TRUE(std::holds_alternative<AngleTspi>(events[4]));
+  EXPECT_TRUE(std::holds_alternative<OperatorCommand>(events[5]));
+  EXPECT_TRUE(std::holds_alternative<AntennaReport>(events[6]));
+  EXPECT_TRUE(std::holds_alternative<PlatformState>(events[7]));
   EXPECT_EQ(source.last_tick(), t0 + milliseconds(1000));
   EXPECT_EQ(truths.size(), 1u);
   EXPECT_FALSE(source.truncated());

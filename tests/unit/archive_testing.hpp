@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "../support/samples.hpp"
+
 namespace downrange::archive {
 
 class TemporaryFolder {
@@ -59,6 +61,7 @@ inline RadarTspi some_radar(std::uint64_t i) {
   r.range_rate_valid = true;
   r.mode = TrackMode::Coast;
   r.snr_db = 17.25;
+  r.snr_valid = true;
   r.simulated = true;
   return r;
 }
@@ -93,7 +96,7 @@ inline GpsFix some_gps() {
   g.sigma_velocity_m_s = 0.15;
   g.fix = FixType::Differential;
   g.satellites = 11;
-  g.satellites_stated = true;
+  g.satellites_valid = true;
   g.simulated = true;
   return g;
 }
@@ -104,7 +107,6 @@ inline MissionEvent some_mission() {
 
 inline Observation some_observation() {
   Observation o;
-  o.kind = ObservationKind::Gps;
   o.verdict = Reason::Frozen;
   o.sensor = "jeju";
   o.target = "naro";
@@ -113,13 +115,12 @@ inline Observation some_observation() {
   o.step = 99;
   o.epoch = t0 + milliseconds(5);
   o.received = t0 + milliseconds(800);
-  o.measured = {1000, 2, 0.25};
-  o.position = {{-3.2e6, 4.2e6, 3.7e6}};
-  o.velocity = {{-1, -2, -3}};
-  o.velocity_valid = true;
-  o.sigma_horizontal_m = 1;
-  o.sigma_vertical_m = 2;
-  o.sigma_velocity_m_s = 3;
+  o.measured = Fix{.position = {{-3.2e6, 4.2e6, 3.7e6}},
+                   .velocity = {{-1, -2, -3}},
+                   .velocity_valid = true,
+                   .sigma_horizontal_m = 1,
+                   .sigma_vertical_m = 2,
+                   .sigma_velocity_m_s = 3};
   o.simulated = true;
   return o;
 }
@@ -214,6 +215,15 @@ inline Truth some_truth() {
   return {"naro", t0 + milliseconds(25), {{1e6, 2e6, 3e6}}, {{10, 20, 30}}, {1, -2, 3}, true};
 }
 
+/// A sample, received a while after t0.
+template <class Input>
+Input sample_at(std::int64_t ms) {
+  Input input = test::sample<Input>();
+  input.epoch = t0 + milliseconds(ms - 1);
+  input.received = t0 + milliseconds(ms);
+  return input;
+}
+
 /// Every kind of record once, in a fixed order, with an attachment and metadata.
 inline void write_all_kinds(Writer& writer) {
   writer.attach("config.toml", "application/toml", "[range]\nname = \"naro\"\n", t0);
@@ -229,9 +239,12 @@ inline void write_all_kinds(Writer& writer) {
   writer.write(Result(some_health()));
   writer.write_truth(some_truth());
   writer.write(Event(some_angles()));
+  writer.write(Event(sample_at<OperatorCommand>(810)));
+  writer.write(Event(sample_at<AntennaReport>(820)));
+  writer.write(Event(sample_at<PlatformState>(830)));
   writer.write_last_tick(t0 + milliseconds(1000));
 }
-inline constexpr std::size_t all_kinds_count = 12;
+inline constexpr std::size_t all_kinds_count = 15;
 
 inline std::vector<Entry> read_all(Reader& reader) {
   std::vector<Entry> entries;

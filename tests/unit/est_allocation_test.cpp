@@ -5,15 +5,10 @@
 
 #include "../support/allocations.hpp"
 #include "../support/drawn_flight.hpp"
+#include "../support/method_cases.hpp"
 
 namespace downrange {
 namespace {
-
-struct Case {
-  const char* method;
-  Kinematics kinematics;
-  bool smooth = false;
-};
 
 class AllocationCount : public testing::Test {
  protected:
@@ -24,18 +19,10 @@ class AllocationCount : public testing::Test {
   }
 };
 
-class Allocation : public AllocationCount, public testing::WithParamInterface<Case> {};
+class Allocation : public AllocationCount, public testing::WithParamInterface<test::MethodCase> {};
 
-INSTANTIATE_TEST_SUITE_P(Methods, Allocation,
-                         testing::Values(Case{"joint", Kinematics::Cv}, Case{"joint", Kinematics::Ca},
-                                         Case{"joint", Kinematics::Launch}, Case{"joint", Kinematics::Vdie},
-                                         Case{"schmidt", Kinematics::Ca}, Case{"schmidt", Kinematics::Launch},
-                                         Case{"schmidt", Kinematics::Ca, true}, Case{"song2015", Kinematics::Cv, true},
-                                         Case{"ts", Kinematics::Ca}, Case{"song2015", Kinematics::Cv},
-                                         Case{"information", Kinematics::Cv}, Case{"federated", Kinematics::Cv},
-                                         Case{"map", Kinematics::Cv}, Case{"bar-shalom-campo", Kinematics::Cv},
-                                         Case{"convex", Kinematics::Cv}, Case{"alpha-beta", Kinematics::Cv},
-                                         Case{"uncorrected", Kinematics::Cv}));
+INSTANTIATE_TEST_SUITE_P(Methods, Allocation, testing::ValuesIn(test::method_cases()),
+                         [](const auto& method_case) { return method_case.param.label; });
 
 TEST_F(AllocationCount, IsCounted) {
   EXPECT_GE(test::allocations_of([] {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <downrange/est/alpha_beta.hpp>
-#include <downrange/est/consistency.hpp>
+#include <downrange/est/filter/alpha_beta.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/geo/polar.hpp>
 #include <limits>
 #include <numbers>

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <downrange/est/assignment.hpp>
-#include <downrange/est/multi_target.hpp>
+#include <downrange/est/track/assignment.hpp>
+#include <downrange/est/track/multi_target.hpp>
 #include <limits>
 #include <random>
 #include <vector>

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <downrange/est/async_fusion.hpp>
-#include <downrange/est/motion.hpp>
+#include <downrange/est/filter/async_fusion.hpp>
+#include <downrange/est/model/motion.hpp>
 #include <limits>
 #include <random>
 #include <vector>

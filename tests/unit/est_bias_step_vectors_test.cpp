@@ -2,8 +2,8 @@
 /// its sensitivity, compensation) against vectors computed elsewhere.
 #include <gtest/gtest.h>
 
-#include <downrange/est/pseudo_measurement.hpp>
 #include <limits>
+#include "experiment/pseudo_measurement.hpp"
 
 #include "../support/planar.hpp"
 #include "../support/vectors.hpp"

@@ -2,12 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <downrange/est/joint.hpp>
+#include <downrange/est/method/joint.hpp>
 #include <functional>
 #include <random>
 #include <string>
 
 #include "../support/drawn_flight.hpp"
+#include "../support/method_cases.hpp"
 
 namespace downrange {
 namespace {
@@ -16,32 +17,7 @@ using test::deg;
 using test::draw_flight;
 using test::Flight;
 
-struct Contestant {
-  std::string label;
-  std::string method;
-  Kinematics kinematics = Kinematics::Launch;
-  bool smooth = false;
-};
-
-std::vector<Contestant> contestants() {
-  return {{"joint_cv", "joint", Kinematics::Cv},
-          {"joint_ca", "joint", Kinematics::Ca},
-          {"joint_launch", "joint"},
-          {"joint_vdie", "joint", Kinematics::Vdie},
-          {"schmidt_ca", "schmidt", Kinematics::Ca},
-          {"schmidt_launch", "schmidt"},
-          {"schmidt_smooth", "schmidt", Kinematics::Launch, true},
-          {"ts", "ts"},
-          {"song2015", "song2015"},
-          {"song2015_smooth", "song2015", Kinematics::Launch, true},
-          {"information", "information"},
-          {"federated", "federated"},
-          {"map", "map"},
-          {"bar_shalom_campo", "bar-shalom-campo"},
-          {"convex", "convex"},
-          {"alpha_beta", "alpha-beta"},
-          {"uncorrected", "uncorrected"}};
-}
+using Contestant = test::MethodCase;
 
 class EveryMethod : public testing::TestWithParam<Contestant> {
  protected:
@@ -52,7 +28,7 @@ class EveryMethod : public testing::TestWithParam<Contestant> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(contestants()),
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(test::method_cases()),
                          [](const auto& contestant) { return contestant.param.label; });
 
 /// Symmetric, positive definite in units of its own sigma, finite.

@@ -5,11 +5,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/bias_terms.hpp>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/gaussian.hpp>
-#include <downrange/est/motion.hpp>
-#include <downrange/est/rewind.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/filter/gaussian.hpp>
+#include <downrange/est/method/rewind.hpp>
+#include <downrange/est/model/bias_terms.hpp>
+#include <downrange/est/model/motion.hpp>
 #include <limits>
 #include <numbers>
 #include <random>

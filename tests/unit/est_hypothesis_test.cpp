@@ -3,8 +3,8 @@
 
 #include <Eigen/LU>
 
-#include <downrange/est/hypothesis.hpp>
-#include <downrange/est/imm.hpp>
+#include <downrange/est/filter/hypothesis.hpp>
+#include <downrange/est/filter/imm.hpp>
 #include <random>
 
 namespace downrange {
@@ -154,7 +154,7 @@ void expect_textbook_update(std::uint64_t seed, int motion_size) {
   dense.middleCols(9, motion_size) = H.of_motion.leftCols(motion_size);
   dense.middleCols(25, 10) = H.of_radar.leftCols(10);
 
-  const Evidence<M> e = weigh<M>(h, H, nu, R);
+  const Evidence<M> e = evidence_of<M>(h, H, nu, R);
   const Matrix S = dense * h.P * dense.transpose() + R;
   const Matrix K = h.P * dense.transpose() * S.inverse();
   ASSERT_FALSE(e.singular);
@@ -166,7 +166,7 @@ void expect_textbook_update(std::uint64_t seed, int motion_size) {
 
   const Vector x = h.x + K * nu;
   const Matrix P = (h.P.inverse() + dense.transpose() * R.inverse() * dense).inverse();
-  take<M>(h, e);
+  apply_evidence<M>(h, e);
   EXPECT_LT((h.x - x).norm(), 1e-9 * x.norm());
   EXPECT_LT((h.P - P).norm(), 1e-9 * P.norm());
   expect_symmetric(h.P);
@@ -183,8 +183,8 @@ TEST(Hypothesis, AMeasurementOfNegativeVarianceIsSingularAndNaNIsNeverInsideAGat
   Hypothesis h = Draw(8).hypothesis(20);
   BlockJacobian<3> H;
   H.of_motion.setRandom();
-  EXPECT_TRUE(weigh<3>(h, H, Vec<3>::Zero(), -1e6 * Mat<3, 3>::Identity()).singular);
-  const Evidence<3> e = weigh<3>(h, H, Vec<3>(0, std::nan(""), 0), Mat<3, 3>::Identity());
+  EXPECT_TRUE(evidence_of<3>(h, H, Vec<3>::Zero(), -1e6 * Mat<3, 3>::Identity()).singular);
+  const Evidence<3> e = evidence_of<3>(h, H, Vec<3>(0, std::nan(""), 0), Mat<3, 3>::Identity());
   EXPECT_FALSE(e.nis <= std::numeric_limits<double>::infinity());
 }
 

@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/imm.hpp>
+#include <downrange/est/filter/imm.hpp>
 #include <limits>
 #include <random>
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <downrange/est/input_estimation.hpp>
+#include <downrange/est/filter/input_estimation.hpp>
 #include <limits>
 #include <random>
 

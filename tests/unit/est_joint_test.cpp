@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <downrange/est/joint.hpp>
-#include <downrange/est/rewind.hpp>
+#include <downrange/est/method/joint.hpp>
+#include <downrange/est/method/rewind.hpp>
 
 #include "../support/drawn_flight.hpp"
 

@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/parallax.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/geo/polar.hpp>
 #include <numbers>
 #include <random>
+#include "experiment/parallax.hpp"
 
 #include "../support/vectors.hpp"
 

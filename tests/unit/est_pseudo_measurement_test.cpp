@@ -3,10 +3,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/exx.hpp>
-#include <downrange/est/pseudo_measurement.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <limits>
+#include "experiment/exx.hpp"
+#include "experiment/pseudo_measurement.hpp"
 
 #include "../support/planar.hpp"
 

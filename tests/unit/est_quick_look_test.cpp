@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/quick_look.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/method/quick_look.hpp>
 #include <memory>
 
 #include "../support/drawn_flight.hpp"

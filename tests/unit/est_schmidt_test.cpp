@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <downrange/est/schmidt.hpp>
+#include <downrange/est/method/schmidt.hpp>
 
 #include "../support/drawn_flight.hpp"
 

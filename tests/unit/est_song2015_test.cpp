@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <numbers>
 #include <random>
 

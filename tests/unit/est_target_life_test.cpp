@@ -1,6 +1,6 @@
 /// Who may change a target's mind: the rules that all methods share, without any method's algebra.
 #include <gtest/gtest.h>
-#include <downrange/est/target_life.hpp>
+#include <downrange/est/method/target_life.hpp>
 
 #include "../support/drawn_flight.hpp"
 
@@ -117,6 +117,35 @@ TEST_F(Rules, ALostTrackWaitsForTheReceiverThatIsThere) {
     }
   }
   FAIL() << "the receiver was never believed";
+}
+
+TEST_F(Rules, AReceiverThatIsNowhereDoesNotKeepALostTrackWaiting) {
+  all_well(0, 20, 1);
+  std::optional<double> restarted;
+  for (int i = 0; i < 60 && !restarted; ++i) {
+    const double t = 20 + 0.1 * i;
+    if (reject(plot(t, 0), 50'000) == Remedy::Restart) restarted = t;
+    if (i % 10 == 5) {
+      EXPECT_EQ(reject(fix(t, 10'000.0 * (i % 20)), 50'000), Remedy::None);
+    }
+  }
+  ASSERT_TRUE(restarted);
+  EXPECT_NEAR(*restarted, 25, 0.2);
+}
+
+/// Fixes without velocity, and a track whose own is far off: they agree with each other nevertheless.
+TEST_F(Rules, AReceiverWithoutVelocityIsJudgedByItsOwnMotion) {
+  all_well(0, 20, 0);
+  Remedy last = Remedy::None;
+  for (int i = 0; i < 3; ++i) {
+    Measurement m = fix(80 + i);
+    m.velocity_valid = false;
+    Vec<9> track = off(80 + i, 20'000);
+    track.segment<3>(3) *= -1;
+    EXPECT_EQ(last, Remedy::None);
+    last = rules.rejected(life, m, Verdict::Gated, track);
+  }
+  EXPECT_EQ(last, Remedy::Unite);
 }
 
 TEST_F(Rules, ABiasThatWasOpenedInVainStaysClosedForAMinute) {

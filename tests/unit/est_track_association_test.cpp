@@ -1,7 +1,7 @@
 /// Association without identifiers: confirmed after m of n, kept and lost, crossing targets, two tracks for one target.
 #include <gtest/gtest.h>
 
-#include <downrange/est/track_association.hpp>
+#include <downrange/est/track/track_association.hpp>
 #include <random>
 
 namespace downrange {

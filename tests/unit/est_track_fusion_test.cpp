@@ -3,8 +3,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/track_fusion.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/track/track_fusion.hpp>
 #include <limits>
 #include <random>
 

@@ -2,13 +2,15 @@
 /// silent or jump, the number of radars they take.
 #include <gtest/gtest.h>
 
+#include <downrange/est/method/method_table.hpp>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/method.hpp>
-#include <downrange/est/track_fusion.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/method/method.hpp>
+#include <downrange/est/track/track_fusion.hpp>
 #include <iostream>
 #include <map>
 #include <random>
@@ -227,7 +229,7 @@ TEST_P(EveryRule, StartsWithTheEstimateGiven) {
 
 TEST_P(EveryRule, TakesSoManyRadarsAndSaysSo) {
   MethodSettings settings = draw_flight(1, 1, false).settings;
-  settings.radars.resize(static_cast<std::size_t>(most_radars(GetParam())), settings.radars.front());
+  settings.radars.resize(static_cast<std::size_t>(capabilities_of(GetParam()).most_radars), settings.radars.front());
   settings.radars.push_back({.site = Site{}, .sigma = {}, .measures_range = false});  // a tracker does not count
   EXPECT_NO_THROW((void)make_method(GetParam(), settings));
   settings.radars.insert(settings.radars.begin(), settings.radars.front());

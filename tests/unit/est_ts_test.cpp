@@ -3,10 +3,10 @@
 
 #include <Eigen/Cholesky>
 #include <array>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/kinematics.hpp>
-#include <downrange/est/plot_model.hpp>
-#include <downrange/est/ts.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/filter/model_set.hpp>
+#include <downrange/est/method/ts.hpp>
+#include <downrange/est/model/plot_model.hpp>
 
 #include "../support/drawn_flight.hpp"
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/two_stage.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/filter/two_stage.hpp>
 #include <limits>
 #include <numeric>
 #include <vector>

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <downrange/est/consistency.hpp>
+#include <downrange/est/filter/consistency.hpp>
 #include <stdexcept>
 
 #include "experiment/experiment.hpp"

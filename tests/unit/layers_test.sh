@@ -40,10 +40,18 @@ allowed() {
 }
 
 # Down the table.
-forbidden include/downrange/geo/site.hpp '#include <downrange/est/method.hpp>'
+forbidden include/downrange/geo/site.hpp '#include <downrange/est/method/method.hpp>'
 forbidden src/geo/site.cpp '#include <downrange/stage/event.hpp>'
-forbidden src/est/motion.cpp '#include <downrange/stage/event.hpp>'
-forbidden src/est/motion.cpp '#include "../stage/ingest.hpp"'
+forbidden src/est/model/motion.cpp '#include <downrange/stage/event.hpp>'
+forbidden src/est/model/motion.cpp '#include "../../stage/ingest.hpp"'
+# The rooms of est.
+forbidden src/est/model/motion.cpp '#include <downrange/est/filter/gaussian.hpp>'
+forbidden include/downrange/est/model/sensors.hpp '#include <downrange/est/method/method.hpp>'
+forbidden include/downrange/est/filter/hypothesis.hpp '#include <downrange/est/method/source_checks.hpp>'
+forbidden src/est/filter/imm.cpp '#include "../track/track_rules.hpp"'
+forbidden include/downrange/est/track/track_fusion.hpp '#include <downrange/est/method/joint.hpp>'
+allowed include/downrange/est/track/track_fusion.hpp '#include <downrange/est/filter/imm.hpp>'
+allowed src/est/method/joint.cpp '#include <downrange/est/track/assignment.hpp>'
 forbidden src/stage/engine.cpp '#include "dds/participant.hpp"'
 forbidden src/stage/engine.cpp '#  include "archive/writer.hpp"'
 forbidden src/stage/engine.cpp '#include <config/load.hpp>'
@@ -61,13 +69,13 @@ forbidden idl/archive.proto 'import "other.proto";'
 for outside in fastdds/dds/topic/Topic.hpp downrange.h archive.pb.h google/protobuf/message.h spdlog/spdlog.h \
   thread mutex atomic condition_variable chrono ctime fstream iostream filesystem cstdlib random unordered_map unistd.h; do
   forbidden src/geo/polar.cpp "#include <$outside>"
-  forbidden include/downrange/est/method.hpp "#include <$outside>"
+  forbidden include/downrange/est/method/method.hpp "#include <$outside>"
   forbidden src/stage/slave.cpp "#include <$outside>"
 done
 # DDS itself is known to src/dds only; a folder that nobody put into the table is noticed.
 forbidden src/app/downranged/main.cpp '#include <fastdds/dds/topic/Topic.hpp>'
 forbidden src/extra/new.cpp '#include <vector>'
-forbidden src/est/motion.cpp '#include NAME_OF_A_HEADER'
+forbidden src/est/model/motion.cpp '#include NAME_OF_A_HEADER'
 
 allowed src/est/new.cpp '#include <downrange/geo/site.hpp>'
 allowed src/stage/slave.cpp '#include "ingest.hpp"'

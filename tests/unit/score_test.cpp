@@ -63,8 +63,8 @@ Observation make_plot(std::uint64_t sequence, double t_s, const Polar& bias, dou
   plot.sequence = sequence;
   plot.epoch = at(t_s);
   const Polar q = polar_from_enu(make_range().radars[0].site.enu_of(truth(at(t_s - time_tag_s))->position));
-  plot.measured = {q.range_m + bias.range_m, wrap_two_pi(q.azimuth_rad + bias.azimuth_rad),
-                   q.elevation_rad + bias.elevation_rad};
+  plot.measured = Plot{.measured = {q.range_m + bias.range_m, wrap_two_pi(q.azimuth_rad + bias.azimuth_rad),
+                                    q.elevation_rad + bias.elevation_rad}};
   return plot;
 }
 
@@ -187,7 +187,7 @@ TEST(SystematicScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
     const double noise = i % 2 == 0 ? 25 : -25;
     run.emit(make_plot(++sequence, i * 0.1, {bias.range_m + noise, bias.azimuth_rad, bias.elevation_rad}));
     run.emit(i < 499 ? unknown : found);
-    const double c = std::cos(make_plot(0, i * 0.1, {}).measured.elevation_rad);
+    const double c = std::cos(polar_of(make_plot(0, i * 0.1, {}).measured)->elevation_rad);
     if (i < 600) cos_squares += c * c / 600;
   }
   const SystematicScore score = scorer.summary().systematic.at(0);
@@ -219,8 +219,9 @@ TEST(SystematicScore, TakesOutCartesianAndTimeTerms) {
   cartesian.emit(moved_site);
   for (std::uint64_t i = 1; i <= 90; ++i) {
     Observation plot = make_plot(i, static_cast<double>(i), {});
-    const Eigen::Vector3d moved = enu_from_polar(plot.measured).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
-    plot.measured = polar_from_enu({moved});
+    const Eigen::Vector3d moved =
+        enu_from_polar(*polar_of(plot.measured)).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
+    plot.measured = Plot{.measured = polar_from_enu({moved})};
     cartesian.emit(plot);
     cartesian.emit(moved_site);
   }
@@ -286,9 +287,9 @@ TEST(SystematicScore, OfATrackerIsOfItsAngles) {
   bias.sensor = "optics";
   for (std::uint64_t i = 1; i <= 20; ++i) {
     Observation direction = make_plot(i, static_cast<double>(i), {0, 0, -0.02 * deg});
-    direction.kind = ObservationKind::Angles;
+    const Polar seen = *polar_of(direction.measured);
+    direction.measured = Angles{seen.azimuth_rad, seen.elevation_rad};
     direction.sensor = "optics";
-    direction.measured.range_m = 0;
     run.emit(direction);
     run.emit(bias);
   }
@@ -572,12 +573,13 @@ TEST(Report, WithoutTruthHoldsTheFixesAgainstTheTrackBeforeEach) {
   ResultSink& run = scorer.open_run("fused");
   for (int t = 1; t <= 20; ++t) {
     Observation fix;
-    fix.kind = ObservationKind::Gps;
     fix.sensor = "tgs";
     fix.target = "kslv";
     fix.epoch = at(t);
-    fix.position = truth(at(t))->position;
-    fix.sigma_horizontal_m = fix.sigma_vertical_m = 3;
+    Fix measured;
+    measured.position = truth(at(t))->position;
+    measured.sigma_horizontal_m = measured.sigma_vertical_m = 3;
+    fix.measured = measured;
     run.emit(fix);
     for (const double later : {0.0, 0.5}) {
       Trajectory track = make_trajectory(t + later, Eigen::Vector3d(0, 0, later > 0 ? 6 : 0), 4);

@@ -211,7 +211,8 @@ TEST_F(ScenarioFile, ComplaintsNameFileLineKeyAndWhatIsAllowed) {
   EXPECT_EQ(complaint(replaced(minimal, "\"launch\"", "\"orbit\"")),
             "s.toml:6: trajectory.kind: is not a known trajectory; allowed: launch");
   EXPECT_EQ(complaint(minimal + "sattelites = 3\n"),
-            "s.toml:11: gps.sattelites: is not a key of this table; allowed: coloured_sigma_m, coloured_tau_s, fault, from_s, "
+            "s.toml:11: gps.sattelites: is not a key of this table; allowed: coloured_sigma_m, coloured_tau_s, fault, "
+            "from_s, "
             "latency_ms, outages_s, phase_ms, rate_hz, satellites, sigma_east_m, sigma_north_m, sigma_up_m, "
             "sigma_velocity_m_s, states_accuracy, to_s");
   EXPECT_EQ(complaint(minimal + "outages_s = [[3, 2]]\n"),

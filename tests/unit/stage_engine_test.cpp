@@ -157,26 +157,26 @@ TEST(Engine, TicksOfAClockGapAreNotRun) {
   Collector out;
   Engine engine(range, {}, out);
   for (const Event& e : events) engine.handle(engine.admit(e));
-  const ClockGap gap{engine.last_tick(), test::liftoff + seconds(3610.01)};
+  const ClockGap gap{.epoch = test::liftoff + seconds(3610.01), .received = engine.last_tick()};
   engine.handle(engine.admit(gap));
   EXPECT_EQ(engine.last_tick(), test::liftoff + seconds(3610.0));
   const Event sent_before = test::plot_at(range.radars[0], 10.5, 999'999);
   EXPECT_EQ(received_of(engine.admit(sent_before)), engine.last_tick());
   engine.advance_to(test::liftoff + seconds(3612.0));
   EXPECT_EQ(engine.last_tick(), test::liftoff + seconds(3612.0));
-  for (const SourceHealth& h : out.of<SourceHealth>()) EXPECT_FALSE(h.time > gap.received && h.time < gap.resumed);
-  EXPECT_GT(out.of<SourceHealth>().back().time, gap.resumed);
+  for (const SourceHealth& h : out.of<SourceHealth>()) EXPECT_FALSE(h.time > gap.received && h.time < gap.epoch);
+  EXPECT_GT(out.of<SourceHealth>().back().time, gap.epoch);
 }
 
 TEST(Engine, AClockGapThatIsNoneChangesNothing) {
   const RangeConfig range = small_range();
   Collector out;
   Engine engine(range, {}, out);
-  engine.handle(ClockGap{test::liftoff, test::liftoff + seconds(10.0)});  // before any tick
+  engine.handle(ClockGap{.epoch = test::liftoff + seconds(10.0), .received = test::liftoff});  // before any tick
   engine.advance_to(test::liftoff + seconds(20.0));
   EXPECT_EQ(engine.last_tick(), test::liftoff + seconds(20.0));
-  for (const Time resumed : {test::liftoff, test::liftoff + seconds(20.0), Time{-1}, Time{INT64_MAX}}) {
-    engine.handle(ClockGap{engine.last_tick(), resumed});
+  for (const Time epoch : {test::liftoff, test::liftoff + seconds(20.0), Time{-1}, Time{INT64_MAX}}) {
+    engine.handle(ClockGap{.epoch = epoch, .received = engine.last_tick()});
     EXPECT_EQ(engine.last_tick(), test::liftoff + seconds(20.0));
   }
 }

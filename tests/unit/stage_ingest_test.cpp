@@ -34,6 +34,14 @@ TEST(Ingest, RadarReasons) {
       {"NaN range", [&](RadarTspi& p) { p.measured.range_m = nan; }, Reason::NotFinite},
       {"infinite azimuth", [](RadarTspi& p) { p.measured.azimuth_rad = INFINITY; }, Reason::NotFinite},
       {"range too long", [](RadarTspi& p) { p.measured.range_m = 5e6; }, Reason::OutOfLimits},
+      {"slaved", [](RadarTspi& p) { p.mode = TrackMode::Slaved; }, Reason::Slaved},
+      {"nothing valid", [](RadarTspi& p) { p.range_valid = p.azimuth_valid = false; }, Reason::NotTracking},
+      {"no range", [&](RadarTspi& p) { p.range_valid = false, p.measured.range_m = nan; }, Reason::NotTracking},
+      {"no elevation", [](RadarTspi& p) { p.elevation_valid = false; }, Reason::NotTracking},
+      {"NaN range rate", [&](RadarTspi& p) { p.range_rate_valid = true, p.range_rate_m_s = nan; }, Reason::NotFinite},
+      {"NaN range rate that is not valid", [&](RadarTspi& p) { p.range_rate_m_s = nan; }, Reason::Accepted},
+      {"range rate of no vehicle", [](RadarTspi& p) { p.range_rate_valid = true, p.range_rate_m_s = 3e4; },
+       Reason::OutOfLimits},
       {"negative range", [](RadarTspi& p) { p.measured.range_m = -1; }, Reason::OutOfLimits},
       {"below the horizon", [](RadarTspi& p) { p.measured.elevation_rad = -0.01; }, Reason::OutOfLimits},
       {"too late", [](RadarTspi& p) { p.received = p.epoch + milliseconds(5001); }, Reason::TooLate},
@@ -62,7 +70,7 @@ TEST(Ingest, GpsReasons) {
       {"good", [](GpsFix&) {}, Reason::Accepted},
       {"station", [](GpsFix& f) { f.station = "nobody"; }, Reason::UnknownSource},
       {"two dimensions", [](GpsFix& f) { f.fix = FixType::TwoDimensional; }, Reason::NotTracking},
-      {"three satellites", [](GpsFix& f) { f.satellites = 3; }, Reason::NotTracking},
+      {"three satellites", [](GpsFix& f) { f.satellites = 3, f.satellites_valid = true; }, Reason::NotTracking},
       {"NaN", [&](GpsFix& f) { f.position.m[1] = nan; }, Reason::NotFinite},
       {"NaN velocity", [&](GpsFix& f) { f.velocity.m_s[1] = nan; }, Reason::NotFinite},
       {"NaN velocity that is not valid",
@@ -79,7 +87,7 @@ TEST(Ingest, GpsReasons) {
       {"no satellites, stated",
        [](GpsFix& f) {
          f.satellites = 0;
-         f.satellites_stated = true;
+         f.satellites_valid = true;
        },
        Reason::NotTracking},
       {"the Earth's centre", [](GpsFix& f) { f.position.m.setZero(); }, Reason::NoPosition},
@@ -214,6 +222,8 @@ TEST(Ingest, AngleReasons) {
       {"live input to a simulated node", [](AngleTspi& a) { a.simulated = false; }, Reason::SimulatedMismatch},
       {"mode", [](AngleTspi& a) { a.mode = TrackMode::Acquire; }, Reason::NotTracking},
       {"NaN azimuth", [](AngleTspi& a) { a.azimuth_rad = std::nan(""); }, Reason::NotFinite},
+      {"slaved", [](AngleTspi& a) { a.mode = TrackMode::Slaved; }, Reason::Slaved},
+      {"one angle alone", [](AngleTspi& a) { a.azimuth_valid = false; }, Reason::NotTracking},
       {"infinite elevation", [](AngleTspi& a) { a.elevation_rad = INFINITY; }, Reason::NotFinite},
       {"below the horizon", [](AngleTspi& a) { a.elevation_rad = -0.01; }, Reason::OutOfLimits},
       {"beyond the zenith", [](AngleTspi& a) { a.elevation_rad = 91 * deg; }, Reason::OutOfLimits},
@@ -226,14 +236,13 @@ TEST(Ingest, AngleReasons) {
     c.change(a);
     const Observation o = ingest.judge(a);
     EXPECT_EQ(o.verdict, c.expected) << c.what;
-    EXPECT_EQ(o.kind, ObservationKind::Angles);
-    EXPECT_EQ(o.measured.range_m, 0);
+    EXPECT_EQ(kind_of(o.measured), SourceKind::AngleSensor);
   }
   Ingest ingest(range);
   AngleTspi west = angles_at(range.angle_sensors[0], 30, 1);
   west.azimuth_rad = -10 * deg;
   const Observation accepted = ingest.judge(west);
-  EXPECT_NEAR(accepted.measured.azimuth_rad, 350 * deg, 1e-12);
+  EXPECT_NEAR(std::get<Angles>(accepted.measured).azimuth_rad, 350 * deg, 1e-12);
   EXPECT_EQ(ingest.judge(west).verdict, Reason::Duplicate);
   AngleTspi stepped = angles_at(range.angle_sensors[0], 29.5, 2, 0.6);
   EXPECT_EQ(ingest.judge(stepped).verdict, Reason::ClockStep);
@@ -242,7 +251,7 @@ TEST(Ingest, AngleReasons) {
   EXPECT_EQ(Ingest(range).judge(accepted).verdict, Reason::Accepted);
   EXPECT_EQ(Ingest(test::small_range()).judge(accepted).verdict, Reason::UnknownSource);
   Observation broken = accepted;
-  broken.measured.elevation_rad = std::nan("");
+  std::get<Angles>(broken.measured).elevation_rad = std::nan("");
   EXPECT_EQ(Ingest(range).judge(broken).verdict, Reason::NotFinite);
 }
 
@@ -279,7 +288,7 @@ TEST(Ingest, ACentreTrustsNoOtherNodeBlindly) {
   o.sensor = "nobody";
   EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::UnknownSource);
   o = good;
-  o.measured.range_m = std::nan("");
+  std::get<Plot>(o.measured).measured.range_m = std::nan("");
   EXPECT_EQ(Ingest(range).judge(o).verdict, Reason::NotFinite);
   o = good;
   o.simulated = !o.simulated;  // a rehearsal at a site must not point the antennas of a live centre
@@ -300,7 +309,7 @@ TEST(Ingest, AzimuthIsBroughtIntoOneTurn) {
   Ingest ingest(range);
   RadarTspi p = plot_at(range.radars[0], 30, 1);
   p.measured.azimuth_rad = -10 * deg;
-  EXPECT_NEAR(ingest.judge(p).measured.azimuth_rad, 350 * deg, 1e-12);
+  EXPECT_NEAR(std::get<Plot>(ingest.judge(p).measured).measured.azimuth_rad, 350 * deg, 1e-12);
 }
 
 TEST(Reasons, EachHasItsOwnName) {

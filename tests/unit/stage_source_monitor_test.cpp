@@ -1,7 +1,9 @@
 /// Health of a source: why it is not qualified, one case per reason; the mismatch alarm is passed on.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <optional>
+#include <vector>
 
 #include "../support/small_range.hpp"
 #include "stage/source_monitor.hpp"
@@ -28,9 +30,9 @@ class Accounts final : public Method {
   std::vector<SourceAccount> accounts;
 };
 
-Observation observed(const Name& sensor, ObservationKind kind, double t, Reason verdict = Reason::Accepted) {
+Observation observed(const Name& sensor, const Measured& measured, double t, Reason verdict = Reason::Accepted) {
   Observation o;
-  o.kind = kind;
+  o.measured = measured;
   o.verdict = verdict;
   o.sensor = sensor;
   o.target = "kslv";
@@ -39,20 +41,30 @@ Observation observed(const Name& sensor, ObservationKind kind, double t, Reason 
   return o;
 }
 
-Observation plot(double t, Reason verdict = Reason::Accepted) {
-  return observed("goheung", ObservationKind::Radar, t, verdict);
-}
-Observation fix(double t, Reason verdict = Reason::Accepted) {
-  return observed("goheung-tgs", ObservationKind::Gps, t, verdict);
+Observation plot(double t, Reason verdict = Reason::Accepted) { return observed("goheung", Plot{}, t, verdict); }
+Observation fix(double t, Reason verdict = Reason::Accepted) { return observed("goheung-tgs", Fix{}, t, verdict); }
+
+/// The record of one source at `t`.
+SourceHealth health_of(SourceMonitor& monitor, const Name& sensor, double t, const Method* method = nullptr) {
+  Collector out;
+  monitor.report(liftoff + seconds(t), method, out);
+  for (const SourceHealth& health : out.of<SourceHealth>()) {
+    if (health.sensor == sensor) return health;
+  }
+  ADD_FAILURE() << "no health of " << sensor.view();
+  return {};
 }
 
-/// The one record of a monitor that knows of one source, at `t`.
+/// Of the source that has sent anything, there being one.
 SourceHealth health_at(SourceMonitor& monitor, double t, const Method* method = nullptr) {
   Collector out;
   monitor.report(liftoff + seconds(t), method, out);
-  const auto records = out.of<SourceHealth>();
-  EXPECT_EQ(records.size(), 1u);
-  return records.empty() ? SourceHealth{} : records.front();
+  std::vector<SourceHealth> heard = out.of<SourceHealth>();
+  std::erase_if(heard, [](const SourceHealth& health) {
+    return std::ranges::all_of(health.count, [](std::uint64_t n) { return n == 0; });
+  });
+  EXPECT_EQ(heard.size(), 1u);
+  return heard.empty() ? SourceHealth{} : heard.front();
 }
 
 /// "qualified", or why not.
@@ -131,8 +143,29 @@ TEST(SourceMonitor, AFrozenReceiverIsNamedAtOnceAndUntilAFixIsAccepted) {
 
 TEST(SourceMonitor, WhoeverIsNotConfiguredIsUnknown) {
   SourceMonitor monitor(small_range());
-  monitor.count(observed("stranger", ObservationKind::Radar, 1, Reason::UnknownSource));
+  monitor.count(observed("stranger", Plot{}, 1, Reason::UnknownSource));
   EXPECT_EQ(state_of(health_at(monitor, 2)), "unknown_source");
+  // A station that calls itself as a radar does is not that radar.
+  monitor.count(observed("goheung", Fix{}, 2, Reason::UnknownSource));
+  EXPECT_EQ(health_of(monitor, "(not configured)", 3).count[static_cast<std::size_t>(Reason::UnknownSource)], 2u);
+}
+
+TEST(SourceMonitor, EverySourceHasHealthBeforeItIsHeard) {
+  RangeConfig range = small_range();
+  range.angle_sensors.push_back(test::small_tracker());
+  SourceMonitor monitor(range);
+  Collector out;
+  monitor.report(liftoff, nullptr, out);
+  std::vector<Name> sensors;
+  for (const SourceHealth& health : out.of<SourceHealth>()) {
+    sensors.push_back(health.sensor);
+    EXPECT_EQ(state_of(health), "silent since start") << health.sensor.view();
+  }
+  EXPECT_EQ(sensors, (std::vector<Name>{"goheung", "jeju", "optical", "goheung-tgs", "jeju-tgs"}));
+  monitor.count(plot(1));
+  EXPECT_EQ(state_of(health_of(monitor, "goheung", 2)), "qualified");
+  EXPECT_EQ(state_of(health_of(monitor, "goheung", 9)), "silent");
+  EXPECT_EQ(state_of(health_of(monitor, "jeju", 9)), "silent since start");
 }
 
 TEST(SourceMonitor, PassesTheMethodsAlarmOnWhichDisqualifiesNothing) {

@@ -27,7 +27,7 @@ static int take_commands(dds_entity_t reader, const char* antenna, struct steeri
   const dds_return_t taken = dds_take(reader, samples, infos, batch, batch);
   int commands = 0;
   for (dds_return_t i = 0; i < taken; ++i) {
-    const downrange_wire_SlavingCommand* c = samples[i];
+    const downrange_wire_SlavingCommandV2* c = samples[i];
     if (!infos[i].valid_data || strcmp(c->antenna_id, antenna) != 0) continue;
     const struct steering_command command = {c->apply_at_ns,   c->valid_until_ns,     c->azimuth_rad,
                                              c->elevation_rad, c->azimuth_rate_rad_s, c->elevation_rate_rad_s};
@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   const int seconds = atoi(argv[3]);
   const dds_entity_t participant = dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
   const dds_entity_t topic =
-      dds_create_topic(participant, &downrange_wire_SlavingCommand_desc, "downrange/slaving", NULL, NULL);
+      dds_create_topic(participant, &downrange_wire_SlavingCommandV2_desc, "downrange/slaving", NULL, NULL);
   dds_qos_t* qos = slaving_client_qos();
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
   dds_delete_qos(qos);

@@ -24,7 +24,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 // Takes what has come for `antenna`; how many commands.
 int take_commands(DataReader& reader, const std::string& antenna, steering& axes) {
   int taken = 0;
-  downrange::wire::SlavingCommand c;
+  downrange::wire::SlavingCommandV2 c;
   SampleInfo info;
   while (reader.take_next_sample(&c, &info) == ReturnCode_t::RETCODE_OK) {
     if (!info.valid_data || c.antenna_id().to_string() != antenna) continue;
@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
   DomainParticipant* participant =
       factory->create_participant_with_profile(static_cast<DomainId_t>(std::atoi(argv[1])), "downrange");
   if (participant == nullptr) return 2;
-  const TypeSupport type(new downrange::wire::SlavingCommandPubSubType);
+  const TypeSupport type(new downrange::wire::SlavingCommandV2PubSubType);
   type.register_type(participant);
   Topic* topic = participant->create_topic("downrange/slaving", type.get_type_name(), TOPIC_QOS_DEFAULT);
   // The profile asks for exclusive ownership (of several nodes the strongest alive is heard), 16 samples and the lease

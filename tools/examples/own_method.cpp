@@ -2,15 +2,15 @@
 // far each is from truth.csv.
 //
 // The method ("plain-cv") is the plainest there is: a constant-velocity Kalman filter per target over the plots of all
-// radars. No biases, no GPS. What a method is asked for: downrange/est/method.hpp; what keeps late data in order:
-// rewind.hpp.
+// radars. No biases, no GPS. What a method is asked for: downrange/est/method/method.hpp; what keeps late data in
+// order: rewind.hpp.
 
 #include <cmath>
 #include <cstdio>
-#include <downrange/est/consistency.hpp>
-#include <downrange/est/method_table.hpp>
-#include <downrange/est/motion.hpp>
-#include <downrange/est/source_checks.hpp>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/method/method_table.hpp>
+#include <downrange/est/method/source_checks.hpp>
+#include <downrange/est/model/motion.hpp>
 #include <downrange/stage/engine.hpp>
 #include <exception>
 #include <map>

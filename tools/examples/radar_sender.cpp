@@ -21,7 +21,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 using Clock = std::chrono::system_clock;
 
 // What the radar measures of the climb, seconds after its start: east 100 m/s, north -300 m/s, up 400 m/s.
-void measure(double t_s, downrange::wire::RadarTspi& plot) {
+void measure(double t_s, downrange::wire::RadarTspiV2& plot) {
   const double east = 1000 + 100 * t_s;
   const double north = -5000 - 300 * t_s;
   const double up = 3000 + 400 * t_s;
@@ -31,9 +31,12 @@ void measure(double t_s, downrange::wire::RadarTspi& plot) {
 }
 
 bool send(DataWriter& writer, const char* sensor, const char* target, int seconds) {
-  downrange::wire::RadarTspi plot;
+  downrange::wire::RadarTspiV2 plot;
   plot.sensor_id(sensor);
   plot.target_id(target);
+  plot.range_valid(true);
+  plot.azimuth_valid(true);
+  plot.elevation_valid(true);
   plot.mode(downrange::wire::TRACK_MODE_TRACK);
   bool heard = false;
   const auto start = Clock::now();
@@ -64,11 +67,11 @@ int main(int argc, char** argv) {
   DomainParticipant* participant =
       factory->create_participant_with_profile(static_cast<DomainId_t>(std::atoi(argv[1])), "downrange");
   if (participant == nullptr) return 2;
-  const TypeSupport type(new downrange::wire::RadarTspiPubSubType);
+  const TypeSupport type(new downrange::wire::RadarTspiV2PubSubType);
   type.register_type(participant);
   Topic* topic = participant->create_topic("range/radar_tspi", type.get_type_name(), TOPIC_QOS_DEFAULT);
   Publisher* publisher = participant->create_publisher(PUBLISHER_QOS_DEFAULT);
-  DataWriter* writer = publisher->create_datawriter_with_profile(topic, "range/radar_tspi");
+  DataWriter* writer = publisher->create_datawriter_with_profile(topic, "stream");
   int status = 2;
   if (writer != nullptr) {
     const bool heard = send(*writer, argv[2], argv[3], std::atoi(argv[5]));

@@ -13,18 +13,21 @@ struct Sez {};   ///< South, east, zenith at one Site's reference point: the axe
 template <class F>
 struct Displacement {
   Eigen::Vector3d m = Eigen::Vector3d::Zero();
+  bool operator==(const Displacement&) const = default;
 };
 
 /// Point: metres from F's origin.
 template <class F>
 struct Position {
   Eigen::Vector3d m = Eigen::Vector3d::Zero();
+  bool operator==(const Position&) const = default;
 };
 
 /// Velocity relative to F, in F's axes, m/s.
 template <class F>
 struct Velocity {
   Eigen::Vector3d m_s = Eigen::Vector3d::Zero();
+  bool operator==(const Velocity&) const = default;
 };
 
 /// Rotation of axes: v_To = R * v_From. Orthonormal, right-handed.

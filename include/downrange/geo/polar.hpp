@@ -11,6 +11,7 @@ struct Polar {
   double range_m = 0;
   double azimuth_rad = 0;
   double elevation_rad = 0;
+  bool operator==(const Polar&) const = default;
 };
 
 /// 1-sigma of a radar's noise, per coordinate.

@@ -10,6 +10,7 @@ struct Geodetic {
   double latitude_rad = 0;   ///< [-pi/2, pi/2]
   double longitude_rad = 0;  ///< east positive
   double height_m = 0;       ///< above the ellipsoid
+  bool operator==(const Geodetic&) const = default;
 };
 
 /// Exact (closed form). Finite input; |latitude| <= pi/2.

@@ -1,22 +1,29 @@
 #pragma once
 /// What the engine consumes. Every event says when it was true (`epoch`) and when it reached this node (`received`).
-/// Units SI and radians; times UTC.
+/// Units SI and radians; times UTC. catalogue.hpp lists the events with their topics.
 
-#include <array>
 #include <cstdint>
-#include <string_view>
-#include <variant>
-
+#include <downrange/est/model/measured.hpp>
 #include <downrange/geo/frames.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/time.hpp>
+#include <string_view>
+#include <variant>
 
 namespace downrange {
 
-enum class TrackMode : std::uint8_t { Search, Acquire, Track, Coast };
+/// What an instrument's servo does. Order is the wire's: append only.
+enum class TrackMode : std::uint8_t {
+  Search,
+  Acquire,
+  Track,
+  Coast,
+  Slaved,  ///< it points where somebody told it to: no measurement of its own
+};
 enum class FixType : std::uint8_t { None, TwoDimensional, ThreeDimensional, Differential };
-enum class MissionEventKind : std::uint8_t { PlannedLiftoff, Liftoff, Staging, Mark };
+/// Order is the wire's: append only.
+enum class MissionEventKind : std::uint8_t { PlannedLiftoff, Liftoff, Staging, Mark, Hold, Recycle };
 
 /// A radar plot: time, space, position information. measured = true + bias + noise.
 struct RadarTspi {
@@ -26,11 +33,17 @@ struct RadarTspi {
   Time epoch;
   Time received;
   Polar measured;
-  double range_rate_m_s = 0;
+  bool range_valid = true;
+  bool azimuth_valid = true;
+  bool elevation_valid = true;
+  double range_rate_m_s = 0;  ///< positive: the target recedes
   bool range_rate_valid = false;
   TrackMode mode = TrackMode::Track;
   double snr_db = 0;
+  bool snr_valid = false;
   bool simulated = false;
+
+  bool operator==(const RadarTspi&) const = default;
 };
 
 /// Where a telemetry antenna or an optical tracker saw a target: no range. measured = true + bias + noise.
@@ -42,8 +55,12 @@ struct AngleTspi {
   Time received;
   double azimuth_rad = 0;
   double elevation_rad = 0;
+  bool azimuth_valid = true;
+  bool elevation_valid = true;
   TrackMode mode = TrackMode::Track;
   bool simulated = false;
+
+  bool operator==(const AngleTspi&) const = default;
 };
 
 /// A vehicle's own GPS fix as one telemetry ground station relayed it (quick look message).
@@ -62,8 +79,10 @@ struct GpsFix {
   double sigma_velocity_m_s = 0;  ///< likewise, per axis
   FixType fix = FixType::ThreeDimensional;
   std::uint8_t satellites = 0;
-  bool satellites_stated = false;  ///< else 0 satellites mean that nothing was said of them
+  bool satellites_valid = false;  ///< false: their number is not stated
   bool simulated = false;
+
+  bool operator==(const GpsFix&) const = default;
 };
 
 /// A mark of the mission clock.
@@ -75,10 +94,77 @@ struct MissionEvent {
   Time epoch;
   Time received;
   bool simulated = false;
+
+  bool operator==(const MissionEvent&) const = default;
 };
 
-/// Which of an observation's payloads is valid. Order is the wire's: append only.
-enum class ObservationKind : std::uint8_t { Radar, Gps, Angles };
+/// What an antenna's control unit does. Order is the wire's: append only.
+enum class AntennaMode : std::uint8_t { Manual, Program, Slaved, Autotrack };
+
+/// Where an antenna points, as its control unit measures it.
+struct AntennaReport {
+  Name antenna;
+  std::uint64_t sequence = 0;  ///< counts up per antenna
+  Time epoch;
+  Time received;
+  double azimuth_rad = 0;
+  double elevation_rad = 0;
+  bool azimuth_valid = true;
+  bool elevation_valid = true;
+  AntennaMode mode = AntennaMode::Manual;
+  Time command_tick;  ///< `tick` of the slaving command that it follows; 0: none
+  bool simulated = false;
+
+  bool operator==(const AntennaReport&) const = default;
+};
+
+/// Where a moving antenna (on a ship, an aircraft) is and how it is turned.
+struct PlatformState {
+  Name antenna;
+  std::uint64_t sequence = 0;  ///< counts up per antenna
+  Time epoch;
+  Time received;
+  Position<Ecef> position;
+  Velocity<Ecef> velocity;
+  bool velocity_valid = false;
+  double heading_rad = 0;  ///< of the antenna's azimuth zero, clockwise from true north
+  double sigma_position_m = 0;
+  double sigma_heading_rad = 0;
+  bool simulated = false;
+
+  bool operator==(const PlatformState&) const = default;
+};
+
+/// What an operator may order. Order is the wire's: append only.
+enum class OperatorOrder : std::uint8_t {
+  Inhibit,           ///< a source: not used
+  Release,           ///< a source: as without any order
+  Force,             ///< a source: nobody may exclude it
+  ResetBias,         ///< of a source
+  HoldChain,         ///< a target stays on a chain
+  PinAntennaSource,  ///< an antenna follows one source
+  PinAntennaTarget,
+  TrimAntenna,
+  StopAntenna,
+  AcknowledgeAlarm,
+};
+
+/// An operator's order, with name and reason.
+struct OperatorCommand {
+  Name operator_id;
+  OperatorOrder order = OperatorOrder::Release;
+  Name subject;   ///< the source, target or antenna it is about
+  Name argument;  ///< chain, source or target, where the order has one
+  double azimuth_trim_rad = 0;
+  double elevation_trim_rad = 0;
+  Remark reason;
+  std::uint64_t sequence = 0;  ///< counts up per operator
+  Time epoch;                  ///< when it was given
+  Time received;
+  bool simulated = false;
+
+  bool operator==(const OperatorCommand&) const = default;
+};
 
 /// Why an observation was accepted or not. Order is the wire's: append only.
 enum class Reason : std::uint8_t {
@@ -96,43 +182,47 @@ enum class Reason : std::uint8_t {
   Frozen,             ///< a receiver that repeats one fix while the vehicle moves
   NoPosition,         ///< latitude and longitude 0, or the Earth's centre: what receivers say that know nothing
   AwayFromPad,        ///< before lift-off, farther from the pad than pad.radius_m
+  Slaved,             ///< the instrument follows somebody's pointing: no measurement of its own
 };
-inline constexpr std::size_t reason_count = 14;
+inline constexpr std::size_t reason_count = 15;
 /// The reason in snake_case, as logs, screens and archives show it.
 [[nodiscard]] std::string_view to_string(Reason reason);
 
 /// A measurement after ingest: accepted, or rejected with its reason. The one thing that crosses from ingest to align.
 struct Observation {
-  ObservationKind kind = ObservationKind::Radar;
   Reason verdict = Reason::Accepted;
   Name sensor;  ///< radar, angles-only tracker, or the telemetry station that relayed the fix
   Name target;
-  Name receiver;  ///< GPS only
+  Name receiver;  ///< of a fix
   std::uint64_t sequence = 0;
   std::uint64_t step = 0;  ///< of the range clock; 0 on the wall clock
   Time epoch;
   Time received;
-  Polar measured;           ///< Radar; Angles without the range, which is 0
-  Position<Ecef> position;  ///< Gps
-  Velocity<Ecef> velocity;  ///< Gps, where velocity_valid
-  bool velocity_valid = false;
-  double sigma_horizontal_m = 0;  ///< Gps, after the configured default was put in
-  double sigma_vertical_m = 0;
-  double sigma_velocity_m_s = 0;
+  Measured measured;
   bool simulated = false;  ///< the flag of the message it came from
+
+  bool operator==(const Observation&) const = default;
 };
 
 /// The node's clock went on without its engine: UTC was stepped forward, or the node was stopped. The ticks after
-/// `received` and before `resumed` are not run, in replay neither. The node's own record: no topic carries it.
+/// `received` and before `epoch` are not run, in replay neither. Of no length: the node is there, and has heard nothing
+/// yet, or nothing for long. The node's own record: no topic carries it.
 struct ClockGap {
+  Time epoch;     ///< where the engine goes on
   Time received;  ///< the last tick run
-  Time resumed;
+
+  bool operator==(const ClockGap&) const = default;
 };
 
-using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation, AngleTspi, ClockGap>;
+/// The order of the alternatives is free; that of catalogue.hpp is the order of processing.
+using Event = std::variant<MissionEvent, RadarTspi, GpsFix, Observation, AngleTspi, OperatorCommand, AntennaReport,
+                           PlatformState, ClockGap>;
 
 [[nodiscard]] Time received_of(const Event& event);
 void set_received(Event& event, Time received);
+
+/// Who an event came from: sensor, station, antenna, mission or operator.
+[[nodiscard]] Name source_of(const Event& event);
 
 /// The order of events of equal `received` on the range clock: (topic, source, target, sequence). An Observation
 /// ranks where the message it came from ranks, so split and all-in-one nodes order alike.

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include <downrange/est/method.hpp>
+#include <downrange/est/method/method.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/site.hpp>
@@ -97,11 +97,10 @@ struct TelemetryConfig {
 };
 
 /// The vehicle's receiver; a message's own stated accuracy overrides the sigmas.
-struct GpsConfig {
+struct GpsConfig : GpsUseSettings {
   double sigma_horizontal_m = 5;
   double sigma_vertical_m = 8;
   double sigma_velocity_m_s = 0.2;
-  bool use_velocity = true;
   int min_satellites = 4;  ///< fixes that state fewer are rejected
 };
 
@@ -124,35 +123,12 @@ struct IngestConfig {
   bool expect_simulated = false;  ///< the `simulated` flag every input must carry
 };
 
-/// Bias estimation.
-struct AlignConfig {
-  GpsErrorModel gps_error;                    ///< of joint, schmidt and ts
-  GpsAlignment gps_alignment;                 ///< of schmidt, song2015 and the track-level rules
-  NoGpsRegime no_gps;                         ///< of joint, schmidt and ts
-  double offset_prior_m = 100;                ///< song2015, track-level rules: 1-sigma per SEZ axis
-  double scale_prior = 3e-4;                  ///< likewise
-  int window = 20;                            ///< samples of the paper's windowed process noise; 0: none, drift only
-  double offset_drift_m_sqrt_s = 0.3;         ///< random walk of the offsets, m/sqrt(s)
-  double scale_drift_sqrt_s = 1e-6;           ///< random walk of the scales, 1/sqrt(s)
-  double gps_q_m2_s3 = 1000;                  ///< white acceleration PSD of the GPS track
-  Duration gps_max_age = milliseconds(3000);  ///< older GPS: biases are kept, not updated
-};
+/// Bias estimation: what the methods take of it, as it is.
+struct AlignConfig : GpsSettings, CartesianBiasSettings {};
 
-struct FuseConfig {
-  std::vector<Name> methods{"joint"};          ///< side by side; slaving follows the first
-  Duration history = milliseconds(5000);       ///< how late a measurement may be
-  Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
-  double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
-  double q_ca_m2_s5 = 10;                      ///< white jerk of ca
-  Duration batch = milliseconds(100);          ///< fusion interval of song2015 and federated, on the UTC grid
-  double q_m2_s3 = 1000;                       ///< song2015, track-level rules: white acceleration PSD
-  double alpha_beta_acceleration_m_s2 = 100;   ///< alpha-beta: between two plots, 1-sigma
-  double gate_probability = 0.9999;
-  Duration restart_after = milliseconds(5000);  ///< a track of which nothing was accepted for so long starts anew
-  int reopen_after = 50;                        ///< rejections in a row before a source's bias is opened again
-  double initial_sigma_velocity_m_s = 3000;
-  double initial_sigma_acceleration_m_s2 = 20;
-  bool publish_on_data = true;  ///< trajectory with each measurement; false: on the tick
+struct FuseConfig : ArbitrationSettings, StartSettings, KinematicsSettings, CartesianFusionSettings, QuickLookSettings {
+  std::vector<Name> methods{"joint"};  ///< side by side; slaving follows the first
+  bool publish_on_data = true;         ///< trajectory with each measurement; false: on the tick
 };
 
 struct SlaveConfig {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <variant>
 
-#include <downrange/est/bias_terms.hpp>
+#include <downrange/est/model/bias_terms.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/site.hpp>
 #include <downrange/geo/time.hpp>
@@ -34,6 +34,8 @@ struct SensorBias {
   std::array<BiasState, max_bias_terms> state{};
   std::array<double, max_bias_terms> value{};
   std::array<double, triangle_size(max_bias_terms)> covariance{};  ///< upper triangle row by row of terms x terms
+
+  bool operator==(const SensorBias&) const = default;
 };
 
 enum class TrackQuality : std::uint8_t { Good, Coasting };
@@ -58,6 +60,14 @@ struct Trajectory {
       0;           ///< bit i: i-th configured radar, trackers behind them, contributed within the last second
   double nis = 0;  ///< of the newest measurement, chi2 with nis_dof degrees of freedom
   int nis_dof = 0;
+  Name chain;          ///< of sources, where the method ran on a part of them; empty: all
+  double bound_m = 0;  ///< what one lying source can do to the position, where bound_valid
+  bool bound_valid = false;
+  std::array<double, 3> deviation_m{};  ///< from the nominal trajectory: along, across, vertical; where deviation_valid
+  std::array<double, 3> deviation_sigma_m{};
+  bool deviation_valid = false;
+
+  bool operator==(const Trajectory&) const = default;
 };
 
 enum class SlavingSource : std::uint8_t { Fused, Coasting, SingleSensor, Gps, Nominal };
@@ -90,6 +100,16 @@ struct SlavingCommand {
   double sigma_elevation_rad = 0;
   SlavingSource source = SlavingSource::Fused;
   std::uint8_t limits = LimitNone;
+  double azimuth_acceleration_rad_s2 = 0;  ///< where acceleration_valid, elevation likewise
+  double elevation_acceleration_rad_s2 = 0;
+  bool acceleration_valid = false;
+  double probability_in_beam = 0;  ///< where probability_valid
+  bool probability_valid = false;
+  double bound_rad = 0;  ///< what one lying source can do to the pointing, where bound_valid
+  bool bound_valid = false;
+  Name chain;  ///< of sources, where it is not all of them
+
+  bool operator==(const SlavingCommand&) const = default;
 };
 
 /// Why a source is not qualified. Order is the wire's: append only.
@@ -118,6 +138,8 @@ struct SourceHealth {
   /// The mismatch alarm rings: what the filter assumes of this source (most often its bias blocks) is wrong. The source
   /// stays qualified and in use.
   bool mismatch = false;
+
+  bool operator==(const SourceHealth&) const = default;
 };
 
 /// Why it is not qualified, in snake_case: "silent", or the reason of its rejection. Empty where it is, or none is

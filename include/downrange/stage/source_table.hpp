@@ -1,5 +1,6 @@
 #pragma once
-/// Every configured source, whatever its kind, under one dense number: the one place that knows all the kinds.
+/// Every configured source, whatever its kind, under one dense number. Queue, ingest, monitor, methods, health and
+/// report count with it; nothing else loops over the kinds.
 
 #include <cstdint>
 #include <downrange/geo/name.hpp>
@@ -7,7 +8,6 @@
 #include <downrange/geo/time.hpp>
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
-#include <string_view>
 #include <vector>
 
 namespace downrange {
@@ -21,8 +21,8 @@ enum class SourceKind : std::uint8_t { Radar, AngleSensor, Telemetry };
 /// "radar", "angle_sensor", "telemetry": the name of its table in the configuration.
 [[nodiscard]] std::string_view to_string(SourceKind kind);
 
-/// The kind of source that such an observation comes from.
-[[nodiscard]] SourceKind kind_of(ObservationKind kind);
+/// The kind of source that such a measurement comes from.
+[[nodiscard]] SourceKind kind_of(const Measured& measured);
 
 struct Source {
   Name name;

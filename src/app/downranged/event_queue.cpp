@@ -4,18 +4,6 @@
 
 namespace downrange::app {
 
-Name source_of(const Event& event) {
-  struct Source {
-    Name operator()(const MissionEvent& e) const { return e.mission; }
-    Name operator()(const RadarTspi& e) const { return e.sensor; }
-    Name operator()(const AngleTspi& e) const { return e.sensor; }
-    Name operator()(const GpsFix& e) const { return e.station; }
-    Name operator()(const Observation& e) const { return e.sensor; }
-    Name operator()(const ClockGap&) const { return {}; }
-  };
-  return std::visit(Source{}, event);
-}
-
 EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_ring) : sources_(std::move(sources)) {
   rings_.resize(sources_.size() + 1);
   for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_ring));

@@ -13,9 +13,6 @@
 
 namespace downrange::app {
 
-/// Who an event came from: radar, station, or mission.
-[[nodiscard]] Name source_of(const Event& event);
-
 class EventQueue {
  public:
   /// What did not get through, so far.

@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace downrange::app {
+namespace {
+
+/// Shorter than the silence after which an engine ticks no more (700 s): a node that waits for its flight goes on to
+/// tell of its sources.
+constexpr Duration longest_silence = seconds(300.0);
+
+}  // namespace
 
 Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs, std::unique_ptr<Recorder> recorder,
                std::function<Time()> utc)
@@ -21,13 +28,13 @@ void Flight::consume(const Event& event) {
   const Event admitted = engine_.admit(event);
   if (recorder_) recorder_->consumed(admitted);
   engine_.handle(admitted);
+  newest_ = received_of(admitted);
   ++consumed_;
 }
 
 void Flight::advance(Time now) {
-  if (consumed_ == 0) return;
-  engine_.advance_to(now);
-  outputs_.release_silent(engine_.last_tick());
+  if (utc_ && now - newest_ > longest_silence) consume(ClockGap{.epoch = now, .received = now});
+  if (consumed_ > 0) engine_.advance_to(now);
 }
 
 bool Flight::is_expired(const Result& result) const {

@@ -25,7 +25,8 @@ class Flight final : private ResultSink {
   Flight& operator=(const Flight&) = delete;
 
   void consume(const Event& event);
-  /// Ticks up to `now`, from the first event on: so a replay, which knows the events only, has the same ticks.
+  /// Ticks up to `now`, from the first event on: so a replay, which knows the events only, has the same ticks. On the
+  /// wall clock the first event is the node's own, a gap of no length: every source has health from the first second.
   void advance(Time now);
 
   [[nodiscard]] std::uint64_t consumed() const { return consumed_; }
@@ -45,6 +46,7 @@ class Flight final : private ResultSink {
   std::function<Time()> utc_;
   HealthNotes notes_;
   Engine engine_;
+  Time newest_;  ///< `received` of the newest event
   std::uint64_t consumed_ = 0;
   std::uint64_t emitted_ = 0;
   std::uint64_t expired_ = 0;

@@ -33,11 +33,13 @@ dds::OutputOptions output_options(const config::ServiceConfig& config) {
   options.strength = config.node.strength;
   options.observations = config.node.stages.ingest;
   options.results = config.node.stages.fuse;
-  for (const AntennaConfig& antenna : config.range.antennas) options.antennas.push_back(antenna.id);
+  for (const AntennaConfig& antenna : config.range.antennas)
+    options.owned_keys<SlavingCommand>().emplace_back(antenna.id, Name{});
   for (const Name& method : config.range.fuse.methods) {
-    for (const TargetConfig& target : config.range.targets) options.trajectories.emplace_back(target.id, method);
+    for (const TargetConfig& target : config.range.targets)
+      options.owned_keys<Trajectory>().emplace_back(target.id, method);
     for (const Source& source : SourceTable(config.range)) {
-      if (source.kind != SourceKind::Telemetry) options.biases.emplace_back(source.name, method);
+      if (source.kind != SourceKind::Telemetry) options.owned_keys<SensorBias>().emplace_back(source.name, method);
     }
   }
   return options;
@@ -155,7 +157,7 @@ void Service::leave_out_ticks(Time now) {
   const Time last = flight_->last_tick();
   if (!plausible(last) || now - last <= std::max(longest_catch_up, config_.range.tick + config_.range.tick)) return;
   spdlog::warn("engine {:.1f} s behind its clock: the ticks of that time are left out", (now - last).seconds());
-  flight_->consume(ClockGap{last, now});
+  flight_->consume(ClockGap{.epoch = now, .received = last});
 }
 
 void Service::consume_arrived() {

@@ -176,6 +176,7 @@ class FileImport {
     radar.measured.azimuth_rad = wrap_two_pi(values.polar.azimuth_rad);
     radar.range_rate_m_s = or_zero(v, Field::RangeRate);
     radar.range_rate_valid = v.has(Field::RangeRate);
+    radar.snr_valid = v.has(Field::Snr);
     radar.snr_db = or_zero(v, Field::Snr);
     radar.mode = mode_of(v);
     return radar;
@@ -197,8 +198,8 @@ class FileImport {
     gps.sigma_vertical_m = or_zero(v, Field::SigmaVertical);
     gps.sigma_velocity_m_s = or_zero(v, Field::SigmaVelocity);
     if (v.has(Field::FixType)) gps.fix = static_cast<FixType>(v.value(Field::FixType));
-    gps.satellites_stated = v.has(Field::Satellites);
-    if (gps.satellites_stated) gps.satellites = static_cast<std::uint8_t>(v.value(Field::Satellites));
+    gps.satellites_valid = v.has(Field::Satellites);
+    if (gps.satellites_valid) gps.satellites = static_cast<std::uint8_t>(v.value(Field::Satellites));
     values.position = gps.position;
     return gps;
   }

@@ -1,0 +1,53 @@
+#pragma once
+/// Kinematics: one motion model, or several and how a vehicle changes between them.
+
+#include <array>
+#include <cstdint>
+#include <downrange/est/model/motion_model.hpp>
+#include <string_view>
+
+namespace downrange {
+
+/// How a vehicle moves between two measurements (est/THEORY.md section 2).
+enum class Kinematics : std::uint8_t {
+  Cv,      ///< white acceleration
+  Ca,      ///< white jerk
+  Launch,  ///< interacting models: ballistic, thrust, event; gravity and rotation of the Earth known
+  Vdie,    ///< cv that opens an acceleration when input estimation detects a manoeuvre
+};
+
+inline constexpr std::array all_kinematics{Kinematics::Cv, Kinematics::Ca, Kinematics::Launch, Kinematics::Vdie};
+/// As the configuration names it.
+[[nodiscard]] constexpr std::string_view to_string(Kinematics kinematics) {
+  constexpr std::array<std::string_view, all_kinematics.size()> names{"cv", "ca", "launch", "vdie"};
+  return names.at(static_cast<std::size_t>(kinematics));
+}
+
+struct KinematicsSettings {
+  Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
+  double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
+  double q_ca_m2_s5 = 10;                      ///< white jerk of ca
+};
+
+/// The models of one kind of kinematics and how a vehicle changes between them.
+struct ModelSet {
+  static constexpr int max_models = 3;
+
+  int count = 1;
+  std::array<MotionModel, max_models> model{};
+  /// Rates per second; row: from, column: to; rows sum to zero.
+  Mat<max_models, max_models> rates = Mat<max_models, max_models>::Zero();
+  /// Probabilities of these changes within 0.2 s, the interval of the models' interaction.
+  Mat<max_models, max_models> switching = Mat<max_models, max_models>::Identity();
+  Vec<max_models> initial_probability = Vec<max_models>::UnitX();
+  /// A model whose specific force is 0 +- 0.01 m/s^2; -1: none.
+  int ballistic = -1;
+};
+inline constexpr double ballistic_sigma_m_s2 = 0.01;
+
+[[nodiscard]] Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt);
+[[nodiscard]] ModelSet model_set(const KinematicsSettings& settings);
+/// The one model of constant acceleration: of kinematics ca, and of vdie while a manoeuvre lasts.
+[[nodiscard]] ModelSet constant_acceleration(const KinematicsSettings& settings);
+
+}  // namespace downrange

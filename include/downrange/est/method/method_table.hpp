@@ -1,0 +1,71 @@
+#pragma once
+/// How a method of one's own gets into the table that `make_method` and the configuration read: its program registers
+/// it, nothing here needs to know it (tools/examples/own_method.cpp).
+
+#include <downrange/est/method/method.hpp>
+#include <downrange/est/method/rewind.hpp>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+namespace downrange {
+
+/// An estimator behind the contract of a method: its state is kept in order whatever the order of arrival. `Core` is
+/// what Rewinder asks for, and answers fused, gps_track, bias and account of a state as Method does.
+template <class Core>
+class RewoundMethod final : public Method {
+ public:
+  explicit RewoundMethod(const Core& core) : rewinder_(core, core.initial(), core.settings().history) {}
+
+  void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
+  Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
+  std::optional<TrackEstimate> fused(int target, std::optional<Time> at) const override {
+    return core().fused(state(), target, at);
+  }
+  std::optional<TrackEstimate> gps_track(int target, Time at) const override {
+    return core().gps_track(state(), target, at);
+  }
+  BiasEstimate bias(int radar) const override { return core().bias(state(), radar); }
+  const SourceAccount& account(int source) const override { return core().account(state(), source); }
+
+ private:
+  const Core& core() const { return rewinder_.core(); }
+  const typename Core::State& state() const { return rewinder_.state(); }
+
+  Rewinder<Core> rewinder_;
+};
+
+template <class Core>
+std::unique_ptr<Method> rewound(const Core& core) {
+  return std::make_unique<RewoundMethod<Core>>(core);
+}
+
+/// Makes a method for one engine. Same settings, same method.
+using MethodMaker = std::unique_ptr<Method> (*)(const MethodSettings& settings);
+
+/// What a method takes. A configuration that asks for more is refused.
+struct MethodCapabilities {
+  int most_radars = 64;       ///< that measure range
+  unsigned kinematics = 0;    ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
+  bool smoothed_gps = false;  ///< align.gps_reference = "smooth" means something to it
+  bool angles_only = false;   ///< uses angles-only trackers; else it passes over their plots
+
+  [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {
+    return 1U << static_cast<unsigned>(kinematics);
+  }
+  [[nodiscard]] constexpr bool takes(Kinematics wanted) const {
+    return kinematics == 0 || (kinematics & bit_of(wanted)) != 0;
+  }
+};
+
+/// Of a method in `method_names`; throws std::invalid_argument for another.
+[[nodiscard]] const MethodCapabilities& capabilities_of(std::string_view method);
+
+/// Adds a method behind those that are known, in the order of the calls. Call it from main(), before a configuration is
+/// read or an engine made, and from one thread: the table is the same for all engines of the process.
+///
+/// `name` is what fuse.methods says: 1 to 31 of A-Z a-z 0-9 . _ -. Throws std::invalid_argument for another, and for
+/// one that is taken.
+void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& takes = {});
+
+}  // namespace downrange

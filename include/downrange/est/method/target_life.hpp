@@ -1,0 +1,213 @@
+#pragma once
+/// The life of a target, the same in every method: when its track starts anew, when a radar's bias is opened again, and
+/// when a receiver that disagrees is believed. A method keeps its algebra; who is right is decided here, between
+/// sources and never by how often one of them was rejected.
+
+#include <algorithm>
+#include <array>
+#include <downrange/est/method/method.hpp>
+#include <downrange/est/method/source_checks.hpp>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace downrange {
+
+/// Earlier than any measurement.
+inline constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
+
+/// Measurements that a track refused, none accepted in between.
+struct Refusals {
+  std::optional<Time> since;
+
+  void note(Time epoch) {
+    if (!since) since = epoch;
+  }
+  [[nodiscard]] bool last(Time now, Duration duration) const { return since && now - *since >= duration; }
+};
+
+/// A radar's plot, as measured.
+struct TimedPlot {
+  Time epoch = never;
+  Polar plot;
+};
+/// Two plots of one vehicle, not an outlier and whatever came before it.
+[[nodiscard]] bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second);
+
+/// How often a bias may be opened again: not while the last time was in vain.
+struct BiasOpening {
+  Time opened = never;
+  int used_since = 0;  ///< plots, up to as many as show that it helped
+
+  /// A plot of the radar agreed with what it is compared with.
+  void used(int reopen_after) { used_since = std::min(used_since + 1, reopen_after); }
+  /// Whether it may be opened, which then counts as done.
+  bool open(Time now, int reopen_after);
+};
+
+/// What is remembered of one radar, or angles-only tracker, that follows the target.
+struct RadarLife {
+  TimedPlot accepted;  ///< newest of each
+  TimedPlot refused;
+  int rejected_in_row = 0;
+  int refused_by_gps = 0;  ///< where the method has a track by GPS alone: plots in a row that it does not allow
+  BiasOpening opening;
+};
+
+/// What is remembered of the vehicle's receiver, whichever stations relay it.
+struct ReceiverLife {
+  Time heard = never;                    ///< newest fix that was not frozen
+  Time since = never;                    ///< since when, without a silence, it is believed
+  std::optional<Measurement> accepted;   ///< newest accepted fix
+  std::array<Measurement, 3> refused{};  ///< the last fixes since then, ascending, all rejected
+  int refused_count = 0;                 ///< how many of them are filled, from the back
+  bool continuous = false;               ///< the first fix refused was where the accepted ones led
+  Time agreeing_since = never;           ///< since when each rejected fix agrees with the one before it
+};
+
+/// A value: part of a method's checkpoint. Assigning one to another of as many radars allocates nothing.
+struct TargetLife {
+  Time accepted = never;  ///< newest accepted measurement of any source
+  Refusals refused;       ///< of any source, since then
+  ReceiverLife receiver;
+  std::vector<RadarLife> radars;
+};
+
+/// What a rejected measurement leads to.
+enum class Remedy : std::uint8_t {
+  None,
+  Restart,   ///< the track is lost: it starts anew with this measurement
+  OpenBias,  ///< this radar alone disagrees: its bias may be anything again that its prior allows
+  Unite,     ///< both track and receiver may be right: covariance union, then this fix is used
+};
+
+/// What the fixes say so far of a receiver that is not believed yet.
+enum class FirstFixes : std::uint8_t {
+  Wait,          ///< one alone, or they differ among themselves
+  Contradicted,  ///< two agree, but radars do not allow them
+  Hold,          ///< two agree and nothing speaks against them
+};
+
+/// The rules. Two positions of a target are told apart by what the radars measured last, with nothing known of their
+/// biases but the priors: only what these can explain may overrule radars that agree.
+class Arbitration {
+ public:
+  explicit Arbitration(const MethodSettings& settings);
+
+  [[nodiscard]] TargetLife unborn() const;
+
+  /// To be called with every measurement that was used; one that starts a track likewise.
+  void accepted(TargetLife& life, const Measurement& m) const;
+  /// To be called with every measurement that was not: `track` is the target's motion at its instant, as the method
+  /// knows it without that measurement.
+  [[nodiscard]] Remedy rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Vec<9>& track) const;
+
+  /// Of a target that radars follow and whose receiver is not believed yet, to be called with every fix until it is.
+  [[nodiscard]] FirstFixes first_fixes(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  /// The receiver was silent, or gave no usable fix, for longer than its track is worth anything.
+  [[nodiscard]] bool was_silent(const TargetLife& life, const Measurement& fix) const {
+    return fix.epoch - life.receiver.heard > gps_max_age_;
+  }
+  /// Its fixes came, but none was accepted for as long.
+  [[nodiscard]] bool was_refused(const TargetLife& life, const Measurement& fix) const {
+    const auto& accepted = life.receiver.accepted;
+    return accepted && fix.epoch - accepted->epoch > gps_max_age_;
+  }
+  /// Of a method with a track by GPS alone: whether it allows this plot. A radar that it refuses follows something
+  /// else, unless another radar that is refused likewise sides with it.
+  [[nodiscard]] bool alone_against_gps(TargetLife& life, const Measurement& plot, bool refused_by_gps) const;
+  /// Radars that had a plot accepted within the last second before `now`, a bit each.
+  [[nodiscard]] static std::uint64_t recent_radars(const TargetLife& life, Time now);
+
+  /// Covariance union with a fix that is `nu` away from the track in position and velocity: what to add to the
+  /// covariance of these six, so that both may be right.
+  [[nodiscard]] static Mat<6, 6> union_term(const Vec<6>& nu);
+  /// Position and velocity by which a fix differs from the track. Where it has no velocity, that of the fixes refused
+  /// before it counts.
+  [[nodiscard]] Vec<6> away_from(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+
+ private:
+  [[nodiscard]] Remedy rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] Remedy rejected_plot(TargetLife& life, const Measurement& plot) const;
+  void remember_refused(ReceiverLife& receiver, const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] bool agree(const Measurement& first, const Measurement& second, const Vec<9>& track) const;
+  /// Three fixes without velocity that move as one vehicle, whatever the track thinks of its velocity.
+  [[nodiscard]] bool in_line(const Measurement& first, const Measurement& second, const Measurement& third) const;
+  [[nodiscard]] bool three_agree(const ReceiverLife& receiver, const Vec<9>& track) const;
+  [[nodiscard]] bool overrules(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] bool plausible(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  /// Of the radars in `mask`: how far their newest accepted plots are from the motion in terms of their priors, noise
+  /// and `P`, the covariance of its position. chi2 with `dof` degrees of freedom where the motion is the truth.
+  struct Misfit {
+    double chi2 = 0;
+    int dof = 0;
+  };
+  [[nodiscard]] Misfit misfit(const TargetLife& life, std::uint64_t mask, Time epoch, const Vec<9>& motion,
+                              const Mat<3, 3>& P) const;
+  /// The motion that the fix tells, the track's where it tells nothing.
+  [[nodiscard]] Vec<9> motion_of(const Measurement& fix, const Vec<9>& track) const;
+
+  std::vector<RadarModel> radars_;
+  Duration restart_after_;
+  int reopen_after_;
+  Duration gps_max_age_;
+  bool gps_use_velocity_;
+  double gps_error_variance_;
+  double gate_probability_;
+};
+
+/// A fix for a track by GPS alone, beside that of the radars: `reference` is its state, `motion` the target's as the
+/// radars know it, `agrees` whether they agree with the fix. The algebra is the method's: `start()` the track by this
+/// fix; `follow()`, what became of it at the track's gate; `believe()`, the track is a reference from now on;
+/// `unite()`, both radars and receiver may be right.
+struct GpsReference {
+  bool started = false;
+  bool confirmed = false;  ///< fixes agreed and were plausible: before, the track is no reference
+};
+template <class Start, class Follow, class Believe, class Unite>
+Outcome follow_receiver(const Arbitration& rules, TargetLife& life, GpsReference& reference, const Measurement& fix,
+                        const Vec<9>& motion, bool agrees, const Start& start, const Follow& follow,
+                        const Believe& believe, const Unite& unite) {
+  const auto start_anew = [&] {
+    start();
+    reference = {.started = true, .confirmed = false};
+  };
+  const auto confirm = [&] {
+    believe();
+    rules.accepted(life, fix);
+    reference.confirmed = true;
+  };
+  Outcome outcome;
+  // A track too old to serve as reference is no judge of the receiver either: not of one that was silent, and not of
+  // one whose fixes it refused for so long.
+  const bool starts = !reference.started || rules.was_silent(life, fix);
+  if (starts) {
+    start_anew();
+  } else if (reference.confirmed && rules.was_refused(life, fix)) {
+    outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
+  } else {
+    outcome = follow();
+  }
+  const bool fits = outcome.verdict == Verdict::Accepted;
+  if (!reference.confirmed) {
+    const FirstFixes so_far = rules.first_fixes(life, fix, motion);
+    if (!fits) start_anew();  // a track that nothing has confirmed gives way at once
+    if (so_far == FirstFixes::Contradicted) return {.verdict = Verdict::Gated, .nis = outcome.nis, .dof = 0};
+    if (so_far == FirstFixes::Hold && fits && !starts) {
+      if (!agrees) unite();
+      confirm();
+    }
+    return fits ? outcome : Outcome{};
+  }
+  if (!fits) {
+    const Remedy remedy = rules.rejected(life, fix, outcome.verdict, motion);
+    if (remedy == Remedy::None && !agrees) return outcome;
+    if (remedy == Remedy::Unite) unite();
+    start_anew();
+    outcome = {};
+  }
+  confirm();
+  return outcome;
+}
+
+}  // namespace downrange

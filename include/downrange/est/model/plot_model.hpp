@@ -1,0 +1,33 @@
+#pragma once
+/// What a radar measures of a moving target, bias and refraction included, and how that changes with target and bias.
+
+#include <downrange/est/model/bias_terms.hpp>
+#include <downrange/est/model/matrix.hpp>
+#include <downrange/est/model/sensors.hpp>
+
+namespace downrange {
+
+/// A predicted plot and its Jacobians. Rows: range (m), azimuth, elevation (rad).
+struct PredictedPlot {
+  Vec<3> q = Vec<3>::Zero();
+  Mat<3, 9> d_motion = Mat<3, 9>::Zero();                            ///< by position, velocity, acceleration (ECEF)
+  Mat<3, bias_term_count> d_bias = Mat<3, bias_term_count>::Zero();  ///< by every term, indexed by BiasTerm
+};
+
+/// The plot stamped with the instant of `motion` (position, velocity, acceleration; ECEF):
+/// the time tag moves the target to t - tau, the SEZ scales and offsets displace it in the site's axes, the air bends
+/// the ray, then the polar scales and offsets act (est/THEORY.md section 3; the azimuth scale about south). `bias` is
+/// indexed by BiasTerm; entries that are zero have no effect.
+[[nodiscard]] PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion,
+                                         const Vec<bias_term_count>& bias);
+
+/// The plot as it would be without air; unchanged for a radar whose refraction is not modelled.
+[[nodiscard]] Polar without_refraction(const RadarModel& radar, const Polar& plot);
+
+/// Plot minus prediction, angles wrapped.
+[[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
+
+/// Diagonal of the noise covariance of a plot at that elevation.
+[[nodiscard]] Vec<3> plot_variance(const RadarModel& radar, double elevation_rad);
+
+}  // namespace downrange

@@ -1,0 +1,51 @@
+#pragma once
+/// Radars, trackers and receivers as the filters see them.
+
+#include <downrange/est/model/bias_terms.hpp>
+#include <downrange/geo/polar.hpp>
+#include <downrange/geo/refraction.hpp>
+#include <downrange/geo/site.hpp>
+#include <memory>
+#include <numbers>
+
+namespace downrange {
+
+/// Slowly varying pointing error of a mount, of each of its axes: first-order Gauss-Markov. Two states per radar of
+/// joint and schmidt (ts knows none: give the angle offsets a drift there).
+struct PointingWander {
+  double sigma_rad = 0;  ///< 0: none
+  double tau_s = 30;
+};
+
+/// One radar, or one angles-only tracker, as the filters see it.
+struct RadarModel {
+  Site site;
+  PolarSigma sigma;  ///< as the filter uses it, inflation included
+  /// sigma.azimuth_rad is on the sky, as a mount's pointing errors are: the noise of the azimuth itself is that over
+  /// cos(elevation). False: it is the axis's own.
+  bool azimuth_sigma_on_sky = false;
+  /// Terms of joint, schmidt and ts; song2015 and the track-level rules always use their own Cartesian ones.
+  BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
+  PointingWander wander{};
+  std::shared_ptr<const RefractionTable> refraction =
+      nullptr;                 ///< of the air over the site; none: plots are free of it
+  bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
+};
+
+/// Slowly varying error of a receiver's position, per axis: first-order Gauss-Markov.
+struct GpsErrorModel {
+  bool enabled = true;
+  double sigma_m = 3;
+  double tau_s = 80;
+};
+
+/// How joint, schmidt and ts work until a target's first fix: what a radar's bias may then be, and how its pointing
+/// wanders.
+struct NoGpsRegime {
+  bool enabled = true;
+  double offset_prior_m = 25;
+  double angle_prior_rad = 0.05 * std::numbers::pi / 180;
+  PointingWander wander{.sigma_rad = 0.02 * std::numbers::pi / 180, .tau_s = 30};
+};
+
+}  // namespace downrange

@@ -1,0 +1,302 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/filter/hypothesis.hpp>
+#include <downrange/est/filter/imm.hpp>
+#include <downrange/geo/earth.hpp>
+
+namespace downrange {
+namespace {
+
+RadarBlock block_of(const BiasModel& model, const PointingWander& wander, int at) {
+  RadarBlock block;
+  block.at = at;
+  block.wander = wander;
+  block.terms = static_cast<int>(model.terms.size());
+  std::ranges::copy(model.terms, block.term.begin());
+  block.model = model;
+  return block;
+}
+
+Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
+
+/// What is symmetric but for rounding, to the bit: nothing later mends it.
+template <class Square>
+void mirror(Square&& P) {
+  P.template triangularView<Eigen::StrictlyUpper>() = P.transpose();
+}
+
+}  // namespace
+
+Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
+  Vec<bias_term_count> b = Vec<bias_term_count>::Zero();
+  for (int i = 0; i < terms; ++i) b[index(term[static_cast<std::size_t>(i)])] = x[at + i];
+  if (wanders()) {
+    b[index(BiasTerm::OffsetAzimuth)] += x[at + terms];
+    b[index(BiasTerm::OffsetElevation)] += x[at + terms + 1];
+  }
+  return b;
+}
+
+Vec<BiasEstimate::max_terms> RadarBlock::prior_sigma() const {
+  Vec<BiasEstimate::max_terms> sigma = Vec<BiasEstimate::max_terms>::Zero();
+  for (int i = 0; i < terms; ++i) {
+    const Eigen::Index k = index(term[static_cast<std::size_t>(i)]);
+    sigma[i] = std::sqrt(model.prior_cov(k, k));
+  }
+  return sigma;
+}
+
+BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
+  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  for (const RadarModel& radar : radars) {
+    layout.radars.push_back(block_of(radar.bias, radar.wander, first + layout.size));
+    layout.size += layout.radars.back().size();
+  }
+  return layout;
+}
+
+BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime, int first) {
+  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  const auto tighten = [](BiasModel& model, BiasTerm term, double sigma) {
+    const Eigen::Index k = index(term);
+    if (model.prior_cov(k, k) <= sigma * sigma) return;
+    const double factor = sigma / std::sqrt(model.prior_cov(k, k));
+    model.prior_cov.row(k) *= factor;
+    model.prior_cov.col(k) *= factor;
+  };
+  for (const RadarModel& radar : radars) {
+    BiasModel model = radar.bias;
+    std::erase_if(model.terms, [](BiasTerm term) { return term <= BiasTerm::OffsetZenith; });
+    tighten(model, BiasTerm::OffsetRange, regime.offset_prior_m);
+    tighten(model, BiasTerm::OffsetAzimuth, regime.angle_prior_rad);
+    tighten(model, BiasTerm::OffsetElevation, regime.angle_prior_rad);
+    const PointingWander& wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
+    layout.radars.push_back(block_of(model, wander, first + layout.size));
+    layout.size += layout.radars.back().size();
+  }
+  return layout;
+}
+
+void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
+                 const Eigen::Ref<const Eigen::MatrixXd>& cov) {
+  const Eigen::Index n = mean.size();
+  h.x.segment(at, n) = mean;
+  h.P.middleRows(at, n).setZero();
+  h.P.middleCols(at, n).setZero();
+  h.P.block(at, at, n, n) = cov.selfadjointView<Eigen::Lower>();
+}
+
+void reset_bias(Hypothesis& h, const RadarBlock& block) {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
+  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(block.size(), block.size());
+  for (int i = 0; i < block.terms; ++i) {
+    const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
+    mean[i] = block.model.prior_mean[k];
+    for (int j = 0; j < block.terms; ++j)
+      cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
+  }
+  if (block.wanders()) cov.diagonal().tail<2>().setConstant(block.wander.sigma_rad * block.wander.sigma_rad);
+  reset_block(h, block.at, mean, cov);
+}
+
+void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {
+  for (std::size_t radar = 0; radar < layout.radars.size(); ++radar) {
+    const RadarBlock& block = layout.radars[radar];
+    for (int i = 0; i < block.terms && (radars >> radar & 1) != 0; ++i) {
+      for (int j = 0; j < block.terms; ++j)
+        h.P(block.at + i, block.at + j) += block.model.prior_cov(index(block.term[static_cast<std::size_t>(i)]),
+                                                                 index(block.term[static_cast<std::size_t>(j)])) /
+                                           4;
+    }
+  }
+}
+
+void predict_motion(Hypothesis& h, int at, const MotionModel& model, double dt) {
+  h.x.segment<9>(at) = predict_mean(model, h.x.segment<9>(at), dt);
+  const double half = dt * dt / 2;
+  Eigen::MatrixXd& P = h.P;
+  P.middleCols<3>(at) += dt * P.middleCols<3>(at + 3) + half * P.middleCols<3>(at + 6);
+  P.middleCols<3>(at + 3) += dt * P.middleCols<3>(at + 6);
+  // The rows of the other states are the transposed columns just made; within the block F acts from the left as well.
+  P.block<3, 9>(at, at) += dt * P.block<3, 9>(at + 3, at) + half * P.block<3, 9>(at + 6, at);
+  P.block<3, 9>(at + 3, at) += dt * P.block<3, 9>(at + 6, at);
+  const Mat<3, 3> Q = process_noise(model, dt);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      P.block<3, 3>(at + 3 * row, at + 3 * column).diagonal().array() += Q(row, column);
+  }
+  mirror(P.block<9, 9>(at, at));
+  const Eigen::Index before = at;
+  const Eigen::Index after = P.rows() - at - 9;
+  P.block(at, 0, 9, before) = P.block(0, at, before, 9).transpose();
+  P.block(at, at + 9, 9, after) = P.block(at + 9, at, after, 9).transpose();
+}
+
+void predict_gauss_markov(Hypothesis& h, int at, int size, double sigma, double tau_s, double dt) {
+  const double phi = std::exp(-std::abs(dt) / tau_s);
+  h.x.segment(at, size) *= phi;
+  h.P.middleRows(at, size) *= phi;
+  h.P.middleCols(at, size) *= phi;
+  h.P.block(at, at, size, size).diagonal().array() += sigma * sigma * (1 - phi * phi);
+}
+
+void predict_bias(Hypothesis& h, const BiasLayout& layout, double dt) {
+  for (const RadarBlock& block : layout.radars) {
+    for (int i = 0; i < block.terms; ++i) {
+      const double drift = block.model.drift[index(block.term[static_cast<std::size_t>(i)])];
+      h.P(block.at + i, block.at + i) += drift * drift * dt;
+    }
+    if (block.wanders())
+      predict_gauss_markov(h, block.at + block.terms, 2, block.wander.sigma_rad, block.wander.tau_s, dt);
+  }
+}
+
+PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model, const RadarModel& radar,
+                                 const RadarBlock& block, const Polar& plot) {
+  Vec<9> motion = h.x.segment<9>(motion_at);
+  motion.tail<3>() = acceleration(model, motion);
+  return linearise_plot(motion, motion_at, h.x, radar, block, plot);
+}
+
+PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x, const RadarModel& radar,
+                                 const RadarBlock& block, const Polar& plot) {
+  const PredictedPlot predicted = predict_plot(radar, motion, block.bias(x));
+  PlotLinearisation l;
+  l.nu = plot_residual(plot, predicted.q);
+  l.H.motion_at = motion_at;
+  l.H.of_motion.leftCols<9>() = predicted.d_motion;
+  l.H.radar_at = block.at;
+  l.H.radar_size = block.size();
+  for (int i = 0; i < block.terms; ++i)
+    l.H.of_radar.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
+  if (block.wanders()) {
+    l.H.of_radar.col(block.terms) = predicted.d_bias.col(index(BiasTerm::OffsetAzimuth));
+    l.H.of_radar.col(block.terms + 1) = predicted.d_bias.col(index(BiasTerm::OffsetElevation));
+  }
+  return l;
+}
+
+void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block) {
+  // h(p, b) = q: dp/db = -(dh/dp)^-1 dh/db. At the radar's own place, and straight above it, dh/dp says nothing.
+  const PlotLinearisation l = linearise_plot(h, motion_at, MotionModel{}, radar, block, Polar{});
+  const Eigen::FullPivLU<Mat<3, 3>> by_position(l.H.of_motion.leftCols<3>());
+  if (!by_position.isInvertible()) return;
+  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, RadarBlock::max_size> dp_db =
+      -by_position.solve(l.H.of_radar.leftCols(block.size()));
+  h.P.middleRows<3>(motion_at) += dp_db * h.P.middleRows(block.at, block.size());
+  h.P.middleCols<3>(motion_at) += h.P.middleCols(block.at, block.size()) * dp_db.transpose();
+  mirror(h.P);
+  // Where the target was within a time tag of unknown size, at a velocity that is not known either.
+  for (int i = 0; i < block.terms; ++i) {
+    if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
+      h.P.block<3, 3>(motion_at, motion_at) +=
+          h.P(block.at + i, block.at + i) * h.P.block<3, 3>(motion_at + 3, motion_at + 3);
+  }
+}
+
+void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion) {
+  for (int i = 0; i < bank.count; ++i) {
+    const MotionModel& model = set.model[static_cast<std::size_t>(i)];
+    Gaussian<9> own = motion;
+    const auto third_part_is = [&own](double variance) {
+      own.mean.tail<3>().setZero();
+      own.cov.bottomRows<3>().setZero();
+      own.cov.rightCols<3>().setZero();
+      own.cov.diagonal().tail<3>().setConstant(variance);
+    };
+    if (model.gravity_aware)
+      own.mean.tail<3>() -= free_fall_acceleration({own.mean.head<3>()}, {own.mean.segment<3>(3)});
+    if (model.noise == MotionModel::Noise::WhiteAcceleration) third_part_is(0);
+    if (i == set.ballistic) third_part_is(ballistic_sigma_m_s2 * ballistic_sigma_m_s2);
+    reset_block(bank.mode[static_cast<std::size_t>(i)], motion_at, own.mean, own.cov);
+  }
+}
+
+void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch) {
+  if (bank.count == 1) return;
+  const Eigen::Index n = bank.mode[0].x.size();
+  const int force_at = motion_at + 6;
+  const auto mixing = imm::mixing_weights<ModelSet::max_models>(bank.probability, switching);
+  for (int to = 0; to < bank.count; ++to) {
+    Hypothesis& out = scratch.mode[static_cast<std::size_t>(to)];
+    out.x.setZero(n);
+    out.P.resize(n, n);
+    for (int from = 0; from < bank.count; ++from)
+      out.x += mixing.weights(from, to) * bank.mode[static_cast<std::size_t>(from)].x;
+    std::array<Columns<1>, ModelSet::max_models> apart;  // times the root of the weight
+    for (int from = 0; from < bank.count; ++from) {
+      const auto k = static_cast<std::size_t>(from);
+      apart[k] = std::sqrt(mixing.weights(from, to)) * (bank.mode[k].x - out.x);
+    }
+    for (Eigen::Index j = 0; j < n; ++j) {
+      out.P.col(j) = mixing.weights(0, to) * bank.mode[0].P.col(j) + apart[0] * apart[0][j];
+      for (int from = 1; from < bank.count; ++from) {
+        const auto k = static_cast<std::size_t>(from);
+        out.P.col(j) += mixing.weights(from, to) * bank.mode[k].P.col(j) + apart[k] * apart[k][j];
+      }
+    }
+    if (to == set.ballistic) {
+      // The other models' specific force is nothing that a ballistic one could have: it enters as zero with its prior.
+      const Hypothesis& mine = bank.mode[static_cast<std::size_t>(to)];
+      const double own = mixing.weights(to, to);
+      out.x.segment<3>(force_at) = own * mine.x.segment<3>(force_at);
+      out.P.middleCols<3>(force_at) = own * mine.P.middleCols<3>(force_at);
+      out.P.block<3, 3>(force_at, force_at).diagonal().array() +=
+          (1 - own) * ballistic_sigma_m_s2 * ballistic_sigma_m_s2;
+      out.P.middleRows<3>(force_at) = out.P.middleCols<3>(force_at).transpose();
+    }
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) std::swap(bank.mode[i], scratch.mode[i]);
+  bank.probability = mixing.predicted;
+}
+
+void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods) {
+  if (bank.count == 1) return;
+  // A model that explains nothing now must be able to come back.
+  constexpr double least = 1e-12;
+  const Vec<ModelSet::max_models> mu =
+      imm::update_probabilities<ModelSet::max_models>(bank.probability, log_likelihoods).cwiseMax(least);
+  bank.probability = mu / mu.sum();
+}
+
+int likeliest(const Bank& bank) {
+  Eigen::Index best = 0;
+  bank.probability.maxCoeff(&best);
+  return static_cast<int>(best);
+}
+
+Gaussian<9> combined_motion(const Bank& bank, const ModelSet& set, int motion_at, double dt) {
+  imm::Bank<9, ModelSet::max_models> modes;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
+    const Hypothesis& h = bank.mode[i];
+    modes[i] =
+        predict(set.model[i], {.mean = h.x.segment<9>(motion_at), .cov = h.P.block<9, 9>(motion_at, motion_at)}, dt);
+    modes[i].mean.tail<3>() = acceleration(set.model[i], modes[i].mean);
+  }
+  return bank.count == 1 ? modes[0] : imm::combine<9, ModelSet::max_models>(modes, bank.probability);
+}
+
+BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block) {
+  BiasEstimate b;
+  b.terms = block.terms;
+  b.term = block.term;
+  const auto value = b.value.head(block.terms);
+  auto cov = b.cov.topLeftCorner(block.terms, block.terms);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i)
+    b.value.head(block.terms) +=
+        bank.probability[static_cast<Eigen::Index>(i)] * bank.mode[i].x.segment(block.at, block.terms);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bank.count); ++i) {
+    const Vec<BiasEstimate::max_terms> d = [&] {
+      Vec<BiasEstimate::max_terms> all = Vec<BiasEstimate::max_terms>::Zero();
+      all.head(block.terms) = bank.mode[i].x.segment(block.at, block.terms) - value;
+      return all;
+    }();
+    cov += bank.probability[static_cast<Eigen::Index>(i)] *
+           (bank.mode[i].P.block(block.at, block.at, block.terms, block.terms) +
+            d.head(block.terms) * d.head(block.terms).transpose());
+  }
+  return b;
+}
+
+}  // namespace downrange

@@ -1,0 +1,324 @@
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/method/joint.hpp>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace downrange {
+Joint::Joint(MethodSettings settings)
+    : settings_(std::move(settings)),
+      arbitration_(settings_),
+      models_(model_set(settings_)),
+      manoeuvring_(constant_acceleration(settings_)),
+      layout_(bias_layout(settings_.radars, first_radar_at)),
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
+      gate2_(chi2_quantile(settings_.gate_probability, 2)),
+      gate3_(chi2_quantile(settings_.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
+      first_radar_at + layout_without_gps_.size > max_states)
+    throw std::invalid_argument("method joint takes at most " + std::to_string(max_radars) + " radars");
+}
+
+Joint::State Joint::initial() const {
+  State s;
+  s.targets.resize(static_cast<std::size_t>(settings_.targets));
+  for (Target& target : s.targets) {
+    target.life = arbitration_.unborn();
+    target.radars.resize(settings_.radars.size());
+  }
+  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  return s;
+}
+
+int Joint::source_of(const Measurement& m) const {
+  return m.kind == Measurement::Kind::Gps ? static_cast<int>(settings_.radars.size()) + m.source : m.source;
+}
+
+void Joint::size_state(State& s, Target& t, bool without_gps) const {
+  t.without_gps = without_gps;
+  t.bank.count = models_.count;
+  t.bank.probability = models_.initial_probability;
+  const BiasLayout& blocks = layout(t);
+  const Eigen::Index n = first_radar_at + blocks.size;
+  if (settings_.kinematics == Kinematics::Vdie) t.manoeuvre = Manoeuvre(static_cast<int>(n));
+  // What another target has found by GPS is this one's prior.
+  const Target* teacher = nullptr;
+  for (const Target& other : s.targets) {
+    if (&other != &t && other.started && !other.without_gps && !without_gps &&
+        (teacher == nullptr || other.data_epoch > teacher->data_epoch))
+      teacher = &other;
+  }
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    h.x.setZero(n);
+    h.P.setZero(n, n);
+    for (const RadarBlock& block : blocks.radars) reset_bias(h, block);
+    if (teacher != nullptr) {
+      const Hypothesis& known = teacher->bank.mode[static_cast<std::size_t>(likeliest(teacher->bank))];
+      h.x.tail(blocks.size) = known.x.tail(blocks.size);
+      h.P.bottomRightCorner(blocks.size, blocks.size) = known.P.bottomRightCorner(blocks.size, blocks.size);
+    }
+  }
+}
+
+void Joint::set_motion(Target& t, const Gaussian<9>& motion) const {
+  t.manoeuvre.clear();
+  downrange::set_motion(t.bank, models_, motion_at, motion);
+  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  for (int i = 0; i < t.bank.count; ++i)
+    reset_block(t.bank.mode[static_cast<std::size_t>(i)], gps_error_at, Vec<3>::Zero(),
+                variance * Mat<3, 3>::Identity());
+}
+
+void Joint::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
+  Target& t = s.targets[static_cast<std::size_t>(target)];
+  size_state(s, t, false);
+  t.started = true;
+  t.epoch = t.mixed = t.data_epoch = epoch;
+  set_motion(t, estimate);
+}
+
+void Joint::start_by(State& s, const Measurement& m, bool without_gps) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  size_state(s, t, without_gps);
+  t.started = true;
+  restart_motion(t, m);
+}
+
+void Joint::restart_motion(Target& t, const Measurement& m) const {
+  t.epoch = t.mixed = t.data_epoch = m.epoch;
+  t.bank.probability = models_.initial_probability;
+  if (m.kind == Measurement::Kind::Gps) {
+    set_motion(t, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
+    return;
+  }
+  const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
+  const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
+  const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
+  set_motion(t, first_motion(m, settings_, block.bias(known.x)));
+  for (int i = 0; i < t.bank.count; ++i) tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], motion_at, radar, block);
+}
+
+void Joint::predict(Target& t, Time to) const {
+  const double dt = (to - t.epoch).seconds();
+  t.epoch = to;
+  if (dt <= 0) return;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    predict_motion(h, motion_at, models(t).model[static_cast<std::size_t>(i)], dt);
+    if (settings_.gps_error.enabled)
+      predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+    predict_bias(h, layout(t), dt);
+  }
+  if (settings_.kinematics == Kinematics::Vdie)
+    t.manoeuvre.predict(motion_at, dt, settings_.gps_error.enabled ? std::exp(-dt / settings_.gps_error.tau_s) : 1);
+}
+
+void Joint::advance(Target& t, Time to) const {
+  interact(t.bank, models_, motion_at, t.mixed, to, scratch_, [&](Time grid) { predict(t, grid); });
+  predict(t, to);
+}
+
+Outcome Joint::apply(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  Outcome outcome;
+  if (!t.started) {
+    if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
+    start_by(s, m, !gps && settings_.no_gps.enabled);
+    if (gps) (void)is_frozen(t.last_fix, m, {});
+  } else {
+    advance(t, m.epoch);
+    outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
+    const bool contradicted = gps && t.without_gps;  // and arbitrated already
+    if (outcome.verdict != Verdict::Accepted && !contradicted) outcome = arbitrate(s, m, outcome);
+  }
+  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
+  const bool waits = gps && t.without_gps;
+  if (outcome.verdict != Verdict::Accepted || waits) return outcome;
+
+  arbitration_.accepted(t.life, m);
+  t.data_epoch = m.epoch;
+  t.nis = outcome.nis;
+  t.nis_dof = outcome.dof;
+  if (gps) return outcome;
+  Radar& radar = t.radars[static_cast<std::size_t>(m.source)];
+  radar.epoch = m.epoch;
+  ++radar.samples;
+  const auto& fix = t.life.receiver.accepted;
+  if (fix && m.epoch - fix->epoch <= settings_.gps_max_age) {
+    radar.referenced = true;
+    radar.updated = m.epoch;
+  }
+  return outcome;
+}
+
+Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const Vec<9> track = combined_motion(t.bank, models(t), motion_at, 0).mean;
+  switch (arbitration_.rejected(t.life, m, rejected.verdict, track)) {
+    case Remedy::None:
+      break;
+    case Remedy::Restart:
+      restart_motion(t, m);
+      return {};
+    case Remedy::OpenBias:
+      for (int i = 0; i < t.bank.count; ++i)
+        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
+      break;
+    case Remedy::Unite:
+      unite(t, m, track);
+      return update_by_fix(s, m);
+  }
+  return rejected;
+}
+
+void Joint::unite(Target& t, const Measurement& fix, const Vec<9>& track) const {
+  const Mat<6, 6> term = Arbitration::union_term(arbitration_.away_from(t.life, fix, track));
+  const std::uint64_t in_view = Arbitration::recent_radars(t.life, fix.epoch);
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    h.P.block<6, 6>(motion_at, motion_at) += term;
+    loosen_biases(h, layout(t), in_view);
+  }
+}
+
+template <int M, class Linearise>
+Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate,
+                      const Linearise& linearise) const {
+  std::array<BlockJacobian<M>, ModelSet::max_models> jacobian;
+  std::array<Evidence<M>, ModelSet::max_models> evidence;
+  Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto [H, nu] = linearise(t.bank.mode[k], models(t).model[k]);
+    jacobian[k] = H;
+    evidence[k] = evidence_of<M>(t.bank.mode[k], H, nu, R);
+    if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
+    log_likelihoods[i] = evidence[k].log_likelihood;
+    if (evidence[k].nis < nearest) nearest = evidence[k].nis;  // NaN is never the nearest
+  }
+  // The innovation of the mixture, moment-matched.
+  Vec<M> nu = Vec<M>::Zero();
+  Mat<M, M> S = Mat<M, M>::Zero();
+  for (int i = 0; i < t.bank.count; ++i) nu += t.bank.probability[i] * evidence[static_cast<std::size_t>(i)].nu;
+  for (int i = 0; i < t.bank.count; ++i) {
+    const Evidence<M>& e = evidence[static_cast<std::size_t>(i)];
+    S += t.bank.probability[i] * (e.S + (e.nu - nu) * (e.nu - nu).transpose());
+  }
+  const double nis = t.bank.count == 1 ? evidence[0].nis : nu.dot(S.llt().solve(nu));
+  const Outcome outcome{.verdict = nearest <= gate ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = M};
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  for (int i = 0; i < t.bank.count; ++i)
+    apply_evidence<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
+  reweigh(t.bank, log_likelihoods);
+  if (settings_.kinematics == Kinematics::Vdie) {
+    t.manoeuvre.update<M>(jacobian[0], evidence[0]);
+    t.manoeuvre.decide(t.bank.mode[0], motion_at, t.epoch);
+  }
+  note_innovation<M>(account, nu, S, nis);
+  return outcome;
+}
+
+Outcome Joint::apply_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const Gaussian<9> motion = combined_motion(t.bank, models(t), motion_at, 0);
+  if (is_frozen(t.last_fix, m, velocity_of(motion))) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  return t.without_gps ? first_fix(s, m) : update_by_fix(s, m);
+}
+
+Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
+  const auto use = [&]<int M>(double gate) {
+    return update<M>(t, account, fix_noise<M>(m), gate, [&](const Hypothesis& h, const MotionModel&) {
+      return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, m));
+    });
+  };
+  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
+}
+
+Outcome Joint::first_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const Vec<9> track = combined_motion(t.bank, models(t), motion_at, 0).mean;
+  switch (arbitration_.first_fixes(t.life, m, track)) {
+    case FirstFixes::Contradicted:
+      return {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
+    case FirstFixes::Hold:
+      start_by(s, m, false);
+      break;
+    case FirstFixes::Wait:
+      break;
+  }
+  return {};
+}
+
+Outcome Joint::apply_plot(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const auto source = static_cast<std::size_t>(m.source);
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout(t).radars[source];
+  const Vec<3> variance = plot_variance(radar, m.plot.elevation_rad);
+  if (radar.measures_range) {
+    return update<3>(t, s.accounts[source], variance.asDiagonal(), gate3_,
+                     [&](const Hypothesis& h, const MotionModel& model) {
+                       PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, m.plot);
+                       return std::pair(l.H, l.nu);
+                     });
+  }
+  return update<2>(t, s.accounts[source], Mat<2, 2>(variance.tail<2>().asDiagonal()), gate2_,
+                   [&](const Hypothesis& h, const MotionModel& model) {
+                     const PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, m.plot);
+                     BlockJacobian<2> H{.motion_at = motion_at, .radar_at = block.at, .radar_size = block.size()};
+                     H.of_motion = l.H.of_motion.bottomRows<2>();
+                     H.of_radar = l.H.of_radar.bottomRows<2>();
+                     return std::pair(H, Vec<2>(l.nu.tail<2>()));
+                   });
+}
+
+std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::optional<Time> at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.started) return std::nullopt;
+  TrackEstimate e;
+  e.epoch = at.value_or(t.data_epoch);
+  e.data_epoch = t.data_epoch;
+  e.size = models(t).model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
+  const Gaussian<9> x = combined_motion(t.bank, models(t), motion_at, (e.epoch - t.epoch).seconds());
+  e.mean = x.mean;
+  e.cov = x.cov;
+  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
+  e.nis = t.nis;
+  e.nis_dof = t.nis_dof;
+  return e;
+}
+
+BiasEstimate Joint::bias(const State& state, int radar) const {
+  const auto r = static_cast<std::size_t>(radar);
+  const Target* best = nullptr;
+  for (const Target& t : state.targets) {
+    if (!t.started) continue;
+    const auto rank = [r](const Target& x) { return std::pair(!x.without_gps, x.radars[r].epoch); };
+    if (best == nullptr || rank(t) > rank(*best)) best = &t;
+  }
+  if (best == nullptr) return {};
+  const RadarBlock& block = layout(*best).radars[r];
+  const Radar& known = best->radars[r];
+  BiasEstimate b = combined_bias(best->bank, block);
+  b.epoch = known.epoch;
+  b.samples = known.samples;
+  b.reference = known.referenced ? BiasReference::Gps : BiasReference::None;
+  const bool frozen = known.referenced && known.epoch - known.updated > settings_.gps_max_age;
+  if (!known.referenced && known.samples > 0) {
+    for (std::size_t other = 0; other < best->radars.size(); ++other)
+      if (other != r && best->radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+  }
+  b.state = bias_states(b, block.prior_sigma(), frozen);
+  return b;
+}
+
+}  // namespace downrange

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <deque>
+#include <downrange/est/method/joint.hpp>
+#include <downrange/est/method/method.hpp>
+#include <downrange/est/method/method_table.hpp>
+#include <downrange/est/method/quick_look.hpp>
+#include <downrange/est/method/schmidt.hpp>
+#include <downrange/est/method/song2015.hpp>
+#include <downrange/est/method/track_level.hpp>
+#include <downrange/est/method/ts.hpp>
+#include <downrange/geo/name.hpp>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+
+namespace downrange {
+namespace {
+
+struct NamedMethod {
+  Name name;
+  MethodMaker make;
+  MethodCapabilities takes{};
+};
+
+constexpr unsigned of(std::initializer_list<Kinematics> kinematics) {
+  unsigned bits = 0;
+  for (const Kinematics k : kinematics) bits |= MethodCapabilities::bit_of(k);
+  return bits;
+}
+constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoothed_gps = true};
+
+/// The methods of the house: a new one is a line here and a file beside song2015.cpp.
+constexpr NamedMethod own_methods[] = {
+    {"joint",
+     [](const MethodSettings& s) { return rewound(Joint(s)); },
+     {.kinematics = of({Kinematics::Cv, Kinematics::Ca, Kinematics::Launch, Kinematics::Vdie}), .angles_only = true}},
+    {"schmidt",
+     [](const MethodSettings& s) { return rewound(Schmidt(s)); },
+     {.kinematics = of({Kinematics::Cv, Kinematics::Ca, Kinematics::Launch}), .smoothed_gps = true}},
+    {"ts",
+     [](const MethodSettings& s) {
+       return s.stations > 0 && s.gps_error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
+     },
+     {.angles_only = true}},
+    {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }, {.smoothed_gps = true}},
+    {"information", [](const MethodSettings& s) { return rewound(TrackLevel<InformationRule>(s)); }, track_level},
+    {"federated", [](const MethodSettings& s) { return rewound(TrackLevel<FederatedRule>(s)); }, track_level},
+    {"map", [](const MethodSettings& s) { return rewound(TrackLevel<MapRule>(s)); }, track_level},
+    {"bar-shalom-campo", [](const MethodSettings& s) { return rewound(TrackLevel<CampoRule>(s)); }, track_level},
+    {"convex", [](const MethodSettings& s) { return rewound(TrackLevel<ConvexRule>(s)); }, track_level},
+    {"alpha-beta", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<QuickLook>(s); }},
+    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
+};
+
+/// These, and behind them the registered ones. Neither reference nor view goes stale when one is added.
+struct MethodTable {
+  std::deque<NamedMethod> methods;
+  std::vector<std::string_view> names;
+
+  MethodTable() {
+    for (const NamedMethod& m : own_methods) add(m);
+  }
+  void add(const NamedMethod& m) { names.push_back(methods.emplace_back(m).name.view()); }
+};
+
+MethodTable& table() {
+  static MethodTable methods;
+  return methods;
+}
+
+const NamedMethod& method_named(std::string_view name) {
+  for (const NamedMethod& m : table().methods) {
+    if (m.name.view() == name) return m;
+  }
+  throw std::invalid_argument("unknown method '" + std::string(name) + "'");
+}
+
+bool is_identifier(std::string_view text) {
+  constexpr std::string_view allowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+  return !text.empty() && text.size() <= Name::max_size && text.find_first_not_of(allowed) == std::string_view::npos;
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& method_names() { return table().names; }
+
+void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& takes) {
+  if (!is_identifier(name))
+    throw std::invalid_argument("method '" + std::string(name) + "': a name is 1 to 31 of A-Z a-z 0-9 . _ -");
+  const std::vector<std::string_view>& known = table().names;
+  if (std::find(known.begin(), known.end(), name) != known.end())
+    throw std::invalid_argument("there is a method '" + std::string(name) + "' already");
+  table().add({.name = name, .make = make, .takes = takes});
+}
+
+const MethodCapabilities& capabilities_of(std::string_view method) { return method_named(method).takes; }
+
+std::unique_ptr<Method> make_method(std::string_view name, const MethodSettings& settings) {
+  return method_named(name).make(settings);
+}
+
+}  // namespace downrange

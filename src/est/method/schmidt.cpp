@@ -1,0 +1,410 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/method/schmidt.hpp>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "consider.hpp"
+
+namespace downrange {
+Schmidt::Schmidt(MethodSettings settings)
+    : settings_(std::move(settings)),
+      arbitration_(settings_),
+      models_(model_set(settings_)),
+      gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
+      knots_(settings_.gps_alignment.smooth ? settings_.gps_alignment.fixes + 1 : 0),
+      first_radar_(knots_at + 9 * knots_),
+      layout_(bias_layout(settings_.radars, first_radar_)),
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_)),
+      gate3_(chi2_quantile(settings_.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+  assert(knots_ <= max_knots);
+  if (settings_.radars.size() > max_radars || first_radar_ + layout_.size > max_states ||
+      first_radar_ + layout_without_gps_.size > max_states)
+    throw std::invalid_argument("method schmidt takes at most " + std::to_string(max_radars) + " radars");
+}
+
+Schmidt::State Schmidt::initial() const {
+  State s;
+  s.targets.resize(static_cast<std::size_t>(settings_.targets));
+  for (Target& target : s.targets) {
+    target.life = arbitration_.unborn();
+    target.radars.resize(settings_.radars.size());
+  }
+  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  reserve(s);
+  return s;
+}
+
+void Schmidt::reserve(State& state) const {
+  if (knots_ == 0) return;
+  for (Target& target : state.targets) target.held.reserve(max_held);
+}
+
+void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
+  t.has_state = true;
+  t.without_gps = without_gps;
+  t.epoch = t.mixed = epoch;
+  t.bank.count = models_.count;
+  t.bank.probability = models_.initial_probability;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    h.x.setZero(first_radar_ + layout(t).size);
+    h.P.setZero(h.x.size(), h.x.size());
+    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block);
+  }
+}
+
+void Schmidt::leave_regime(Target& t) const {
+  const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
+  const Vec<12> gps = t.bank.mode[0].x.segment<12>(gps_at);
+  const Mat<12, 12> P_gps = t.bank.mode[0].P.block<12, 12>(gps_at, gps_at);
+  size_state(t, t.epoch, false);
+  forget_knots(t);
+  for (Radar& radar : t.radars) radar.samples = 0;
+  if (t.fused_started) set_motion(t.bank, models_, fused_at, motion);
+  for (int i = 0; i < t.bank.count; ++i) reset_block(t.bank.mode[static_cast<std::size_t>(i)], gps_at, gps, P_gps);
+  tie_fused_to_bias(t);
+}
+
+void Schmidt::tie_fused_to_bias(Target& t) const {
+  if (!t.fused_started) return;
+  const auto newest = static_cast<std::size_t>(
+      std::ranges::max_element(t.life.radars, {}, [](const RadarLife& radar) { return radar.accepted.epoch; }) -
+      t.life.radars.begin());
+  for (int i = 0; i < t.bank.count; ++i)
+    tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[newest], layout(t).radars[newest]);
+}
+
+void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const {
+  t.fused_started = true;
+  t.data_epoch = epoch;
+  t.bank.probability = models_.initial_probability;
+  set_motion(t.bank, models_, fused_at, motion);
+}
+
+void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
+  const auto source = static_cast<std::size_t>(plot.source);
+  const RadarBlock& block = layout(t).radars[source];
+  const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
+  start_fused(t, plot.epoch, first_motion(plot, settings_, block.bias(known.x)));
+  for (int i = 0; i < t.bank.count; ++i)
+    tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[source], block);
+}
+
+void Schmidt::start_gps(Target& t, const Measurement& m) const {
+  t.gps_epoch = m.epoch;
+  forget_knots(t);
+  const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
+  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    reset_block(h, gps_at, motion.mean, motion.cov);
+    reset_block(h, gps_error_at, Vec<3>::Zero(), variance * Mat<3, 3>::Identity());
+  }
+  add_knot(t);
+}
+
+void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const {
+  Radar& radar = t.radars[static_cast<std::size_t>(source)];
+  if (learnt) {
+    radar.updated = epoch;
+    radar.rejected_in_row = 0;
+    radar.opening.used(settings_.reopen_after);
+    ++radar.samples;
+  } else if (++radar.rejected_in_row >= settings_.reopen_after) {
+    radar.rejected_in_row = 0;
+    if (!radar.opening.open(epoch, settings_.reopen_after)) return;
+    for (int i = 0; i < t.bank.count; ++i)
+      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
+  }
+}
+
+void Schmidt::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
+  Target& t = s.targets[static_cast<std::size_t>(target)];
+  size_state(t, epoch, false);
+  start_fused(t, epoch, estimate);
+}
+
+void Schmidt::predict(Target& t, Time to) const {
+  const double dt = (to - t.epoch).seconds();
+  t.epoch = to;
+  if (dt <= 0) return;
+  for (int i = 0; i < t.bank.count; ++i) {
+    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
+    const MotionModel& model = models_.model[static_cast<std::size_t>(i)];
+    if (t.fused_started) predict_motion(h, fused_at, model, dt);
+    if (t.gps.started) predict_motion(h, gps_at, gps_model_, dt);
+    if (t.fused_started && t.gps.started && model.noise == gps_model_.noise) {
+      // One vehicle moves both tracks: the jerk that both models allow for is the same jerk.
+      MotionModel shared = gps_model_;
+      shared.q = std::min(model.q, gps_model_.q);
+      const Mat<3, 3> Q = process_noise(shared, dt);
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+          h.P.block<3, 3>(fused_at + 3 * row, gps_at + 3 * column).diagonal().array() += Q(row, column);
+          h.P.block<3, 3>(gps_at + 3 * row, fused_at + 3 * column).diagonal().array() += Q(row, column);
+        }
+      }
+    }
+    if (settings_.gps_error.enabled && t.gps.started)
+      predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+    predict_bias(h, layout(t), dt);
+  }
+}
+
+void Schmidt::advance(Target& t, Time to) const {
+  interact(t.bank, models_, fused_at, t.mixed, to, scratch_, [&](Time grid) { predict(t, grid); });
+  predict(t, to);
+}
+
+bool Schmidt::has_reference(const Target& t, Time at) const {
+  return t.gps.confirmed && at - t.gps_epoch <= settings_.gps_max_age;
+}
+
+Outcome Schmidt::apply(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  if (!t.has_state) size_state(t, m.epoch, settings_.no_gps.enabled);
+  advance(t, m.epoch);
+  const bool gps = m.kind == Measurement::Kind::Gps;
+  const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
+  const std::size_t source = static_cast<std::size_t>(m.source) + (gps ? settings_.radars.size() : 0);
+  count(s.accounts[source], outcome);
+  return outcome;
+}
+
+template <int M>
+Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const {
+  std::array<Evidence<M>, ModelSet::max_models> evidence;
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    evidence[k] = evidence_of<M>(t.bank.mode[k], fix_jacobian<M>(gps_at), fix_residual<M>(t.bank.mode[k], gps_at, m),
+                                 fix_noise<M>(m));
+    if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
+  }
+  // The GPS track is the same in all modes: one judges for all.
+  const Evidence<M>& e = evidence[0];
+  const Outcome outcome{.verdict = e.nis <= gate ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  for (int i = 0; i < t.bank.count; ++i)
+    take_from<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)], gps_at);
+  note_innovation<M>(account, e.nu, e.S, e.nis);
+  return outcome;
+}
+
+Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  SourceAccount& account = s.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
+  const Hypothesis& h = t.bank.mode[0];
+  TrackVelocity velocity;
+  if (t.gps.started)
+    velocity = {.m_s = h.x.segment<3>(gps_at + 3),
+                .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
+  if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
+  const auto follow = [&] {
+    const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+    return with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
+  };
+  return follow_receiver(
+      arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch), fused_agrees(t, m), [&] { start_gps(t, m); }, follow,
+      [&] { believe(t, m); }, [&] { unite(t, m); });
+}
+
+void Schmidt::believe(Target& t, const Measurement& fix) const {
+  if (t.without_gps) leave_regime(t);
+  t.gps_epoch = fix.epoch;
+  add_knot(t);
+  if (knots_ > 0) release_held(t);
+}
+
+void Schmidt::unite(Target& t, const Measurement& fix) const {
+  for (int i = 0; i < t.bank.count; ++i)
+    loosen_biases(t.bank.mode[static_cast<std::size_t>(i)], layout(t), Arbitration::recent_radars(t.life, fix.epoch));
+  tie_fused_to_bias(t);
+}
+
+Vec<9> Schmidt::judging_motion(const Target& t, Time at) const {
+  if (t.fused_started && Arbitration::recent_radars(t.life, at) != 0)
+    return combined_motion(t.bank, models_, fused_at, 0).mean;
+  return t.bank.mode[0].x.segment<9>(gps_at);
+}
+
+bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
+  if (!t.fused_started || Arbitration::recent_radars(t.life, fix.epoch) == 0) return false;
+  const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
+  const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix);
+  return normalised_square<3>(fix.position.m - motion.mean.head<3>(), S) <= gate3_;
+}
+
+Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const auto source = static_cast<std::size_t>(m.source);
+  if (!settings_.radars[source].measures_range) return {};
+  Outcome outcome;
+  if (t.fused_started) {
+    outcome = correct(t, s.accounts[source], m);
+  } else if (gps_refuses(t, m)) {
+    outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
+  } else {
+    start_fused_by(t, m);
+  }
+  if (outcome.verdict == Verdict::Accepted) {
+    arbitration_.accepted(t.life, m);
+    t.data_epoch = m.epoch;
+    t.nis = outcome.nis;
+    t.nis_dof = outcome.dof;
+    t.radars[source].epoch = m.epoch;
+    return outcome;
+  }
+  switch (arbitration_.rejected(t.life, m, outcome.verdict, judging_motion(t, m.epoch))) {
+    case Remedy::Restart:
+      start_fused_by(t, m);
+      break;
+    case Remedy::OpenBias:
+      for (int i = 0; i < t.bank.count; ++i)
+        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source]);
+      break;
+    case Remedy::None:
+    case Remedy::Unite:
+      break;
+  }
+  return outcome;
+}
+
+bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
+  if (!has_reference(t, plot.epoch)) return false;
+  const auto source = static_cast<std::size_t>(plot.source);
+  const RadarModel& radar = settings_.radars[source];
+  const PlotLinearisation l =
+      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], plot.plot);
+  const Mat<3, 3> R = plot_variance(radar, plot.plot.elevation_rad).asDiagonal();
+  return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gate3_);
+}
+
+Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
+  const auto source = static_cast<std::size_t>(m.source);
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout(t).radars[source];
+  const Mat<3, 3> R = plot_variance(radar, m.plot.elevation_rad).asDiagonal();
+
+  // What the fused track and what the GPS track say of the plot; its noise is common to both.
+  std::array<PlotLinearisation, ModelSet::max_models> by_fused;
+  std::array<Evidence<3>, ModelSet::max_models> of_fused;
+  Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    by_fused[k] = linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, m.plot);
+    of_fused[k] = evidence_of<3>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
+    if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 3};
+    log_likelihoods[i] = of_fused[k].log_likelihood;
+    if (of_fused[k].nis < nearest) nearest = of_fused[k].nis;
+  }
+  Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
+                  .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
+                  .dof = 3};
+  // GPS track and biases are the same in all modes: one judges for all.
+  const bool referenced = has_reference(t, m.epoch);  // never in the regime without GPS
+  const auto count = static_cast<std::size_t>(t.bank.count);
+  std::array<Evidence<3>, ModelSet::max_models> of_gps;
+  if (referenced) {
+    const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, m.plot);
+    for (std::size_t k = 0; k < count; ++k) of_gps[k] = evidence_of<3>(t.bank.mode[k], l.H, l.nu, R);
+  }
+  const bool agrees = referenced && of_gps[0].nis <= gate3_ &&
+                      std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
+  if (arbitration_.alone_against_gps(t.life, m, referenced && !agrees)) outcome.verdict = Verdict::Gated;
+  const bool learns = agrees && knots_ == 0;  // else when the next fixes have come
+  const bool follows = outcome.verdict == Verdict::Accepted;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (t.without_gps) {
+      if (follows) take_beside_gps(t.bank.mode[k], of_fused[k]);
+      continue;
+    }
+    Mat<9, 3> of_A;
+    if (learns) of_A = of_gps[k].W.middleRows<9>(fused_at);
+    if (learns && follows)
+      of_A -= of_fused[k].W.middleRows<9>(fused_at) * in_common(of_fused[k], by_fused[k].H, of_gps[k], R);
+    if (follows) update_track(t.bank.mode[k], first_radar_, of_fused[k]);
+    if (learns) update_biases(t.bank.mode[k], first_radar_, of_gps[k], of_A);
+  }
+  if ((referenced && knots_ == 0) || (t.without_gps && follows))
+    note_learnt(t, m.source, m.epoch, learns || t.without_gps);
+  if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
+    t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
+  if (agrees && !follows && m.epoch - t.data_epoch >= settings_.restart_after) {
+    start_fused_by(t, m);  // GPS tells that it is the track which is lost
+    return {};
+  }
+  if (!follows) return outcome;
+  reweigh(t.bank, log_likelihoods);
+  const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
+  note_innovation<3>(account, shown.nu, shown.S, shown.nis);
+  return outcome;
+}
+
+std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std::optional<Time> at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.fused_started) return std::nullopt;
+  TrackEstimate e;
+  e.epoch = at.value_or(t.data_epoch);
+  e.data_epoch = t.data_epoch;
+  e.size = models_.model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
+  const Gaussian<9> x = combined_motion(t.bank, models_, fused_at, (e.epoch - t.epoch).seconds());
+  e.mean = x.mean;
+  e.cov = x.cov;
+  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
+  e.nis = t.nis;
+  e.nis_dof = t.nis_dof;
+  return e;
+}
+
+std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
+  const Target& t = state.targets[static_cast<std::size_t>(target)];
+  if (!t.gps.confirmed) return std::nullopt;
+  const Hypothesis& h = t.bank.mode[0];
+  const Gaussian<9> x = downrange::predict(
+      gps_model_, {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)}, (at - t.epoch).seconds());
+  TrackEstimate e;
+  e.epoch = at;
+  e.data_epoch = t.gps_epoch;
+  e.size = 9;
+  e.mean = x.mean;
+  e.cov = x.cov;
+  return e;
+}
+
+BiasEstimate Schmidt::bias(const State& state, int radar) const {
+  const auto r = static_cast<std::size_t>(radar);
+  const Target* best = nullptr;
+  for (const Target& t : state.targets) {
+    if (!t.has_state) continue;
+    const auto rank = [r](const Target& x) { return std::pair(!x.without_gps, x.radars[r].epoch); };
+    if (best == nullptr || rank(t) > rank(*best)) best = &t;
+  }
+  if (best == nullptr) return {};
+  const RadarBlock& block = layout(*best).radars[r];
+  const Radar& known = best->radars[r];
+  BiasEstimate b = combined_bias(best->bank, block);
+  b.epoch = known.epoch;
+  b.samples = known.samples;
+  if (!best->without_gps) {
+    b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
+  } else if (known.samples > 0) {
+    for (std::size_t other = 0; other < best->radars.size(); ++other)
+      if (other != r && best->radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+  }
+  // A plot that waits for fixes has not lost its reference.
+  const bool referenced =
+      knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps_max_age;
+  const bool frozen = !best->without_gps && known.samples > 0 && !referenced;
+  b.state = bias_states(b, block.prior_sigma(), frozen);
+  return b;
+}
+
+}  // namespace downrange

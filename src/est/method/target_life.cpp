@@ -1,0 +1,264 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/method/target_life.hpp>
+#include <downrange/est/model/plot_model.hpp>
+
+namespace downrange {
+namespace {
+
+/// A plot this old says nothing of where a target is now.
+constexpr Duration recent = milliseconds(1000);
+/// Between two fixes a vehicle's acceleration is unknown within this.
+constexpr double most_acceleration_m_s2 = 30;
+/// No vehicle is faster.
+constexpr double most_speed_m_s = 12'000;
+/// A receiver that was believed for so long is established: from then on it is the one to explain a jump.
+constexpr Duration established_after = milliseconds(10'000);
+/// A bias that was opened in vain is opened again only after this.
+constexpr Duration open_again_after = milliseconds(60'000);
+/// By so much more must the radars' priors speak for one position than for another (chi2 with 3 degrees of freedom:
+/// one in a million).
+constexpr double decisive = 30;
+
+}  // namespace
+
+bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second) {
+  const auto position = [&radar](const Polar& q) { return radar.site.ecef_of(enu_from_polar(q)).m; };
+  const double sigma_m = std::hypot(radar.sigma.range_m, second.plot.range_m * radar.sigma.azimuth_rad,
+                                    second.plot.range_m * radar.sigma.elevation_rad);
+  const Duration apart = second.epoch - first.epoch;
+  return apart <= recent && (position(second.plot) - position(first.plot)).norm() <=
+                                3 * std::sqrt(2) * sigma_m + most_speed_m_s * apart.seconds();
+}
+
+bool BiasOpening::open(Time now, int reopen_after) {
+  if (used_since < reopen_after && now - opened < open_again_after) return false;
+  opened = now;
+  used_since = 0;
+  return true;
+}
+
+Arbitration::Arbitration(const MethodSettings& settings)
+    : radars_(settings.radars),
+      restart_after_(settings.restart_after),
+      reopen_after_(settings.reopen_after),
+      gps_max_age_(settings.gps_max_age),
+      gps_use_velocity_(settings.gps_use_velocity),
+      gps_error_variance_(settings.gps_error.enabled ? std::pow(settings.gps_error.sigma_m, 2) : 0),
+      gate_probability_(settings.gate_probability) {}
+
+TargetLife Arbitration::unborn() const {
+  TargetLife life;
+  life.radars.resize(radars_.size());
+  return life;
+}
+
+void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
+  life.accepted = m.epoch;
+  life.refused = {};
+  if (m.kind == Measurement::Kind::Gps) {
+    ReceiverLife& receiver = life.receiver;
+    if (!receiver.accepted || was_silent(life, m)) receiver.since = m.epoch;
+    receiver.heard = m.epoch;
+    receiver.accepted = m;
+    receiver.refused_count = 0;
+    return;
+  }
+  RadarLife& radar = life.radars[static_cast<std::size_t>(m.source)];
+  radar.accepted = {.epoch = m.epoch, .plot = m.plot};
+  radar.rejected_in_row = 0;
+  radar.opening.used(reopen_after_);
+}
+
+Remedy Arbitration::rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Vec<9>& track) const {
+  if (verdict == Verdict::Frozen) return Remedy::None;  // says nothing of the track
+  life.refused.note(m.epoch);
+  return m.kind == Measurement::Kind::Gps ? rejected_fix(life, m, track) : rejected_plot(life, m);
+}
+
+Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) const {
+  RadarLife& radar = life.radars[static_cast<std::size_t>(plot.source)];
+  const RadarModel& model = radars_[static_cast<std::size_t>(plot.source)];
+  const TimedPlot now{.epoch = plot.epoch, .plot = plot.plot};
+  const bool again = of_one_vehicle(model, radar.refused, now);
+  radar.refused = now;
+  ++radar.rejected_in_row;
+  if (life.refused.last(plot.epoch, restart_after_)) {
+    // A receiver that agrees with itself tells better where the target is, with its next fix.
+    const ReceiverLife& receiver = life.receiver;
+    const bool fix_is_due =
+        receiver.refused_count > 1 && receiver.agreeing_since < receiver.heard && !was_silent(life, plot);
+    return model.measures_range && again && !fix_is_due ? Remedy::Restart : Remedy::None;
+  }
+  const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
+  if (radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
+  radar.rejected_in_row = 0;
+  return radar.opening.open(plot.epoch, reopen_after_) ? Remedy::OpenBias : Remedy::None;
+}
+
+Remedy Arbitration::rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+  remember_refused(life.receiver, fix, track);
+  if (life.refused.last(fix.epoch, restart_after_) && fix.epoch - life.receiver.agreeing_since > Duration{0})
+    return Remedy::Restart;
+  if (!three_agree(life.receiver, track) || !overrules(life, fix, track)) return Remedy::None;
+  life.receiver.since = fix.epoch;
+  return Remedy::Unite;
+}
+
+void Arbitration::remember_refused(ReceiverLife& receiver, const Measurement& fix, const Vec<9>& track) const {
+  const bool agrees = (receiver.refused_count > 0 && agree(receiver.refused[2], fix, track)) ||
+                      (receiver.refused_count > 1 && in_line(receiver.refused[1], receiver.refused[2], fix));
+  if (receiver.refused_count == 0) receiver.continuous = receiver.accepted && agree(*receiver.accepted, fix, track);
+  if (!agrees) receiver.agreeing_since = fix.epoch;
+  if (fix.epoch - receiver.heard > gps_max_age_) receiver.since = fix.epoch;  // it is one that returns
+  receiver.heard = fix.epoch;
+  std::rotate(receiver.refused.begin(), receiver.refused.begin() + 1, receiver.refused.end());
+  receiver.refused.back() = fix;
+  receiver.refused_count = std::min(receiver.refused_count + 1, static_cast<int>(receiver.refused.size()));
+}
+
+bool Arbitration::agree(const Measurement& first, const Measurement& second, const Vec<9>& track) const {
+  const double dt = (second.epoch - first.epoch).seconds();
+  const bool with_velocity = first.velocity_valid && second.velocity_valid && gps_use_velocity_;
+  const Vec<3> v = with_velocity ? Vec<3>((first.velocity.m_s + second.velocity.m_s) / 2) : Vec<3>(track.segment<3>(3));
+  const double sigma = std::hypot(second.sigma_horizontal_m, second.sigma_vertical_m);
+  return dt > 0 && (second.position.m - first.position.m - dt * v).norm() <=
+                       3 * std::sqrt(2) * sigma + most_acceleration_m_s2 / 2 * dt * dt;
+}
+
+bool Arbitration::in_line(const Measurement& first, const Measurement& second, const Measurement& third) const {
+  if (gps_use_velocity_ && third.velocity_valid) return false;  // says better where it goes
+  const double before = (second.epoch - first.epoch).seconds();
+  const double dt = (third.epoch - second.epoch).seconds();
+  if (before <= 0 || dt <= 0) return false;
+  const Vec<3> v = (second.position.m - first.position.m) / before;
+  const double sigma = std::hypot(third.sigma_horizontal_m, third.sigma_vertical_m);
+  return v.norm() <= most_speed_m_s &&
+         (third.position.m - second.position.m - dt * v).norm() <=
+             3 * std::sqrt(2) * sigma * (1 + dt / before) + most_acceleration_m_s2 / 2 * dt * (dt + before);
+}
+
+bool Arbitration::three_agree(const ReceiverLife& receiver, const Vec<9>& track) const {
+  const auto& [first, second, third] = receiver.refused;
+  return receiver.refused_count == 3 &&
+         ((agree(first, second, track) && agree(second, third, track)) || in_line(first, second, third));
+}
+
+bool Arbitration::overrules(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+  const ReceiverLife& receiver = life.receiver;
+  const bool established = receiver.accepted && receiver.accepted->epoch - receiver.since >= established_after;
+  if (!established && plausible(life, fix, track)) return true;
+  const std::uint64_t radars = recent_radars(life, fix.epoch);
+  if (radars == 0) return true;  // nobody contradicts
+  const Misfit of_fix = misfit(life, radars, fix.epoch, motion_of(fix, track), fix_covariance(fix));
+  const Misfit of_track = misfit(life, radars, fix.epoch, track, fix_covariance(fix));
+  if (of_fix.chi2 + decisive < of_track.chi2) return true;  // it is the track that was led astray
+  // The receiver is where its own past leads: then it is the one radar that has gone elsewhere.
+  return established && std::has_single_bit(radars) && receiver.continuous;
+}
+
+bool Arbitration::plausible(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+  const std::uint64_t radars = recent_radars(life, fix.epoch);
+  if (radars == 0) return true;
+  const Misfit of_fix = misfit(life, radars, fix.epoch, motion_of(fix, track), fix_covariance(fix));
+  if (of_fix.chi2 <= chi2_quantile(gate_probability_, of_fix.dof)) return true;
+  // Against one radar, whose biases cannot explain it, a receiver must insist; against two it does not help.
+  return std::has_single_bit(radars) && fix.epoch - life.receiver.agreeing_since >= restart_after_;
+}
+
+FirstFixes Arbitration::first_fixes(TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+  remember_refused(life.receiver, fix, track);
+  if (life.receiver.agreeing_since == fix.epoch) return FirstFixes::Wait;
+  return plausible(life, fix, track) ? FirstFixes::Hold : FirstFixes::Contradicted;
+}
+
+bool Arbitration::alone_against_gps(TargetLife& life, const Measurement& plot, bool refused_by_gps) const {
+  constexpr int not_an_outlier = 3;
+  int& refused = life.radars[static_cast<std::size_t>(plot.source)].refused_by_gps;
+  refused = refused_by_gps ? refused + 1 : 0;
+  if (!refused_by_gps) return false;
+  const std::uint64_t radars = recent_radars(life, plot.epoch) & ~(std::uint64_t{1} << plot.source);
+  for (std::size_t i = 0; i < life.radars.size(); ++i) {
+    if ((radars >> i & 1) != 0 && life.radars[i].refused_by_gps >= not_an_outlier) return false;
+  }
+  return true;
+}
+
+std::uint64_t Arbitration::recent_radars(const TargetLife& life, Time now) {
+  std::uint64_t mask = 0;
+  for (std::size_t i = 0; i < life.radars.size(); ++i) {
+    if (now - life.radars[i].accepted.epoch <= recent) mask |= std::uint64_t{1} << i;
+  }
+  return mask;
+}
+
+Vec<9> Arbitration::motion_of(const Measurement& fix, const Vec<9>& track) const {
+  Vec<9> motion = track;
+  motion.head<3>() = fix.position.m;
+  if (fix.velocity_valid && gps_use_velocity_) motion.segment<3>(3) = fix.velocity.m_s;
+  return motion;
+}
+
+Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t mask, Time epoch, const Vec<9>& motion,
+                                        const Mat<3, 3>& P) const {
+  Misfit sum;
+  for (std::size_t r = 0; r < radars_.size(); ++r) {
+    if ((mask >> r & 1) == 0) continue;
+    const RadarModel& radar = radars_[r];
+    const TimedPlot& known = life.radars[r].accepted;
+    const double dt = (known.epoch - epoch).seconds();
+    Vec<9> then = motion;
+    then.head<3>() += dt * motion.segment<3>(3) + dt * dt / 2 * motion.tail<3>();
+    Vec<bias_term_count> prior = Vec<bias_term_count>::Zero();
+    Mat<bias_term_count, bias_term_count> B = Mat<bias_term_count, bias_term_count>::Zero();
+    for (const BiasTerm row : radar.bias.terms) {
+      const auto i = static_cast<Eigen::Index>(row);
+      prior[i] = radar.bias.prior_mean[i];
+      for (const BiasTerm column : radar.bias.terms) {
+        const auto j = static_cast<Eigen::Index>(column);
+        B(i, j) = radar.bias.prior_cov(i, j);
+      }
+    }
+    const PredictedPlot predicted = predict_plot(radar, then, prior);
+    const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
+    Vec<3> variance = plot_variance(radar, known.plot.elevation_rad);
+    variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
+    Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
+    S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
+    S.diagonal() += variance;
+    const Vec<3> nu = plot_residual(known.plot, predicted.q);
+    if (radar.measures_range) {
+      sum.chi2 += normalised_square<3>(nu, S);
+      sum.dof += 3;
+    } else {
+      sum.chi2 += normalised_square<2>(Vec<2>(nu.tail<2>()), Mat<2, 2>(S.bottomRightCorner<2, 2>()));
+      sum.dof += 2;
+    }
+  }
+  return sum;
+}
+
+Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+  Vec<6> nu = Vec<6>::Zero();
+  nu.head<3>() = fix.position.m - track.head<3>();
+  if (fix.velocity_valid && gps_use_velocity_) {
+    nu.tail<3>() = fix.velocity.m_s - track.segment<3>(3);
+  } else if (life.receiver.refused_count == 3) {
+    const auto& [first, second, third] = life.receiver.refused;
+    nu.tail<3>() = (third.position.m - first.position.m) / (third.epoch - first.epoch).seconds() - track.segment<3>(3);
+  }
+  return nu;
+}
+
+Mat<6, 6> Arbitration::union_term(const Vec<6>& nu) {
+  Mat<6, 6> term = Mat<6, 6>::Zero();
+  for (int part = 0; part < 6; part += 3) {
+    const Vec<3> d = nu.segment<3>(part);
+    term.block<3, 3>(part, part) = d * d.transpose() + d.squaredNorm() / 3 * Mat<3, 3>::Identity();
+  }
+  return term;
+}
+
+}  // namespace downrange

@@ -1,0 +1,37 @@
+#pragma once
+/// Every method of the table with every setting that changes what it runs: what the suites of all methods run over.
+
+#include <downrange/est/method/method_table.hpp>
+#include <string>
+#include <vector>
+
+namespace downrange::test {
+
+struct MethodCase {
+  std::string label;  ///< letters, digits and underscores, as GoogleTest wants it
+  std::string method;
+  Kinematics kinematics = Kinematics::Launch;
+  bool smooth = false;  ///< GPS smoothed by later fixes
+};
+
+inline std::vector<MethodCase> method_cases() {
+  std::vector<MethodCase> cases;
+  for (const std::string_view name : method_names()) {
+    const MethodCapabilities& takes = capabilities_of(name);
+    for (const Kinematics kinematics : all_kinematics) {
+      const bool own = takes.kinematics == 0;
+      if (own ? kinematics != Kinematics::Launch : !takes.takes(kinematics)) continue;
+      for (const bool smooth : {false, true}) {
+        if (smooth && !takes.smoothed_gps) continue;
+        std::string label(name);
+        for (char& c : label) c = c == '-' ? '_' : c;
+        if (!own) label += "_" + std::string(to_string(kinematics));
+        if (smooth) label += "_smooth";
+        cases.push_back({label, std::string(name), kinematics, smooth});
+      }
+    }
+  }
+  return cases;
+}
+
+}  // namespace downrange::test
