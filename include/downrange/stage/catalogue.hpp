@@ -23,12 +23,12 @@ template <class... Records>
 struct RecordList {
   static constexpr std::size_t size = sizeof...(Records);
 
-  /// `function` is called as function.template operator()<Record>() for each.
+  /// `function` is called for each record of the list, which is its template argument.
   template <class Function>
   static constexpr void for_each(Function&& function) {
     (function.template operator()<Records>(), ...);
   }
-  /// std::tuple<Of<Record>...>.
+  /// A tuple with one `Of` for each record.
   template <template <class> class Of>
   using Tuple = std::tuple<Of<Records>...>;
   /// Position of Record, `size` when it is not in the list.
