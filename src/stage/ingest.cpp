@@ -203,12 +203,15 @@ Reason Ingest::judge_time(const Observation& o) {
   // Of GPS the same epoch is +- 1 ms; a radar's plots may follow each other as closely.
   const Duration tolerance = stream.kind == SourceKind::Telemetry ? same_epoch : Duration{0};
   std::erase_if(stream.recent, [&](const Stream::Entry& e) { return e.epoch < horizon - same_epoch; });
-  for (const Stream::Entry& e : stream.recent) {
+  const auto same = [&](const Stream::Entry& e) {
     const Duration apart = o.epoch - e.epoch;
-    if (apart <= tolerance && -apart <= tolerance) return Reason::Duplicate;
-    const bool sent_after = e.sender == o.sensor && o.sequence > e.sequence;
-    if (sent_after && o.epoch < e.epoch) return Reason::ClockStep;
-  }
+    return apart <= tolerance && -apart <= tolerance;
+  };
+  if (std::ranges::any_of(stream.recent, same)) return Reason::Duplicate;  // whatever its number: networks count anew
+  const auto stepped = [&](const Stream::Entry& e) {
+    return e.sender == o.sensor && o.sequence > e.sequence && o.epoch < e.epoch;
+  };
+  if (std::ranges::any_of(stream.recent, stepped)) return Reason::ClockStep;
   stream.recent.push_back({.epoch = o.epoch, .sequence = o.sequence, .sender = o.sensor});
   return Reason::Accepted;
 }

@@ -267,6 +267,23 @@ TEST(Ingest, DoublesWhateverTheStation) {
   EXPECT_EQ(ingest.judge(other).verdict, Reason::Accepted);
 }
 
+TEST(Ingest, OnePlotByTwoNetworksIsOnePlot) {
+  const RangeConfig range = test::small_range();
+  const RadarConfig& radar = range.radars[0];
+  Ingest ingest(range);
+  const auto judge = [&](double t, std::uint64_t sequence, double delay_s = 0.1) {
+    return ingest.judge(plot_at(radar, t, sequence, delay_s)).verdict;
+  };
+  EXPECT_EQ(judge(30.0, 1), Reason::Accepted);
+  EXPECT_EQ(judge(30.1, 2), Reason::Accepted);
+  EXPECT_EQ(judge(30.0, 1, 0.3), Reason::Duplicate) << "the slower network, same numbers";
+  EXPECT_EQ(judge(30.2, 3), Reason::Accepted);
+  EXPECT_EQ(judge(30.1, 5002, 0.3), Reason::Duplicate) << "the slower network, which counts by itself";
+  EXPECT_EQ(judge(30.4, 5), Reason::Accepted);
+  EXPECT_EQ(judge(30.3, 4, 0.3), Reason::Accepted) << "overtaken";
+  EXPECT_EQ(judge(30.3, 5004, 0.5), Reason::Duplicate) << "no step of the clock";
+}
+
 TEST(Ingest, AClockThatStepsBackIsNotLateData) {
   const RangeConfig range = test::small_range();
   Ingest ingest(range);
