@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "bias_word.hpp"
+
 namespace downrange {
 Joint::Joint(MethodSettings settings)
     : settings_(std::move(settings)),
@@ -299,12 +301,7 @@ std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::o
 
 BiasEstimate Joint::bias(const State& state, int radar) const {
   const auto r = static_cast<std::size_t>(radar);
-  const Target* best = nullptr;
-  for (const Target& t : state.targets) {
-    if (!t.started) continue;
-    const auto rank = [r](const Target& x) { return std::pair(!x.without_gps, x.radars[r].epoch); };
-    if (best == nullptr || rank(t) > rank(*best)) best = &t;
-  }
+  const Target* best = best_informed(state.targets, r, [](const Target& t) { return t.started; });
   if (best == nullptr) return {};
   const RadarBlock& block = layout(*best).radars[r];
   const Radar& known = best->radars[r];
@@ -313,9 +310,8 @@ BiasEstimate Joint::bias(const State& state, int radar) const {
   b.samples = known.samples;
   b.reference = known.referenced ? BiasReference::Gps : BiasReference::None;
   const bool frozen = known.referenced && known.epoch - known.updated > settings_.gps_max_age;
-  if (!known.referenced && known.samples > 0) {
-    for (std::size_t other = 0; other < best->radars.size(); ++other)
-      if (other != r && best->radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+  if (!known.referenced && known.samples > 0 && others_contribute(best->radars, r)) {
+    b.reference = BiasReference::CrossRadar;
   }
   b.state = bias_states(b, block.prior_sigma(), frozen);
   return b;

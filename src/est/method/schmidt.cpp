@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "bias_word.hpp"
 #include "consider.hpp"
 
 namespace downrange {
@@ -381,12 +382,7 @@ std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, 
 
 BiasEstimate Schmidt::bias(const State& state, int radar) const {
   const auto r = static_cast<std::size_t>(radar);
-  const Target* best = nullptr;
-  for (const Target& t : state.targets) {
-    if (!t.has_state) continue;
-    const auto rank = [r](const Target& x) { return std::pair(!x.without_gps, x.radars[r].epoch); };
-    if (best == nullptr || rank(t) > rank(*best)) best = &t;
-  }
+  const Target* best = best_informed(state.targets, r, [](const Target& t) { return t.has_state; });
   if (best == nullptr) return {};
   const RadarBlock& block = layout(*best).radars[r];
   const Radar& known = best->radars[r];
@@ -395,9 +391,8 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   b.samples = known.samples;
   if (!best->without_gps) {
     b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
-  } else if (known.samples > 0) {
-    for (std::size_t other = 0; other < best->radars.size(); ++other)
-      if (other != r && best->radars[other].samples > 0) b.reference = BiasReference::CrossRadar;
+  } else if (known.samples > 0 && others_contribute(best->radars, r)) {
+    b.reference = BiasReference::CrossRadar;
   }
   // A plot that waits for fixes has not lost its reference.
   const bool referenced =
