@@ -117,8 +117,8 @@ Observation Ingest::judge(const GpsFix& message) {
 }
 
 Observation Ingest::judge(Observation o) {
-  if (o.verdict == Reason::AwayFromPad) departure_.note(o);  // it tells, too, whether the vehicle has left
-  if (o.verdict != Reason::Accepted) return o;
+  // With the fixes of all nodes together it is known best whether the vehicle has left the pad: that is judged anew.
+  if (o.verdict != Reason::Accepted && o.verdict != Reason::AwayFromPad) return o;
   o.verdict = first_reason(
       [&] { return judge_sender(o); },
       [&] { return std::visit([&](const auto& measured) { return judge_instrument(o, measured); }, o.measured); },

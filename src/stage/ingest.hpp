@@ -24,8 +24,9 @@ class Ingest {
   [[nodiscard]] Observation judge(const GpsFix& fix);
   [[nodiscard]] Observation judge(const AngleTspi& tspi);
 
-  /// At a centre: an observation that another node accepted, against this node's configuration and the observations of
-  /// all ingest nodes together. Two nodes may have accepted the same fix from two stations.
+  /// At a centre: an observation of another node, against this node's configuration and the observations of
+  /// all ingest nodes together. Two nodes may have accepted the same fix from two stations; one that saw a part of the
+  /// fixes may not know yet that the vehicle has left the pad.
   [[nodiscard]] Observation judge(Observation observation);
 
  private:

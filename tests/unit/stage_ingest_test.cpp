@@ -321,6 +321,23 @@ TEST(Ingest, ACentreTrustsNoOtherNodeBlindly) {
   EXPECT_EQ(twice.judge(good).verdict, Reason::Duplicate);
 }
 
+TEST_F(BeforeLiftoff, ACentreJudgesAnewWhatAnotherNodeHeldForAwayFromThePad) {
+  Ingest node(with_pad());
+  GpsFix f = fix_at("goheung-tgs", 1, 1);
+  f.position = test::pad().ecef_of({{5000.0, 0.0, 0.0}});
+  f.velocity.m_s.setZero();
+  const Observation away = node.judge(f);
+  ASSERT_EQ(away.verdict, Reason::AwayFromPad);
+  EXPECT_EQ(Ingest(with_pad()).judge(away).verdict, Reason::AwayFromPad) << "as far as the centre knows";
+  EXPECT_EQ(Ingest(test::small_range()).judge(away).verdict, Reason::Accepted) << "a centre without a pad";
+  Observation broken = away;
+  std::get<Fix>(broken.measured).position.m.setConstant(std::nan(""));
+  EXPECT_EQ(Ingest(with_pad()).judge(broken).verdict, Reason::NotFinite);
+  Observation stranger = away;
+  stranger.target = "nobody";
+  EXPECT_EQ(Ingest(with_pad()).judge(stranger).verdict, Reason::UnknownSource);
+}
+
 TEST(Ingest, AzimuthIsBroughtIntoOneTurn) {
   const RangeConfig range = test::small_range();
   Ingest ingest(range);
