@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include <downrange/est/model/bias_terms.hpp>
 #include <downrange/geo/name.hpp>
@@ -110,6 +111,33 @@ struct SlavingCommand {
   Name chain;  ///< of sources, where it is not all of them
 
   bool operator==(const SlavingCommand&) const = default;
+};
+
+/// What INTEGRITY thinks of a source. Order is the wire's: append only.
+enum class IntegrityVerdict : std::uint8_t { Agrees, Suspect, Excluded, Ambiguous };
+
+/// One source of a target, as INTEGRITY judges it.
+struct SourceIntegrity {
+  Name sensor;
+  IntegrityVerdict verdict = IntegrityVerdict::Agrees;
+  Time since;             ///< of this verdict
+  double test_value = 0;  ///< of the test that speaks most against it, in units of its threshold
+  Name by;                ///< "integrity", or the operator who ordered it; empty where nobody did
+
+  bool operator==(const SourceIntegrity&) const = default;
+};
+
+/// Which sources of a target agree, who is excluded, and how far one lying source can move the track.
+struct Integrity {
+  Name target;
+  Time time;           ///< the tick that judged
+  Name chain;          ///< selected: empty, "without-NAME" or "only-NAME"
+  double bound_m = 0;  ///< where bound_valid; else nothing bounds what one lie can do
+  bool bound_valid = false;
+  std::uint64_t events = 0;              ///< counts up with every change of a verdict or of the chain
+  std::vector<SourceIntegrity> sources;  ///< those that report the target, in the order of the source table
+
+  bool operator==(const Integrity&) const = default;
 };
 
 /// Why a source is not qualified. Order is the wire's: append only.
