@@ -102,12 +102,12 @@ void check_times(const RangeConfig& range, const Checker& check) {
   check.require(second % range.tick.ns == 0, "range.tick_ms",
                 "found " + milliseconds_text(range.tick) +
                     ", allowed: a whole part of one second (1, 5, 10, 20, 25, 50, 100 ...)");
-  const std::string batch = "found " + milliseconds_text(range.fuse.batch) + ", allowed: ";
-  check.require(range.fuse.batch.ns % range.tick.ns == 0, "fuse.batch_ms",
+  const std::string batch = "found " + milliseconds_text(range.fuse.cartesian_fusion.batch) + ", allowed: ";
+  check.require(range.fuse.cartesian_fusion.batch.ns % range.tick.ns == 0, "fuse.batch_ms",
                 batch + "a multiple of range.tick_ms (" + milliseconds_text(range.tick) + ")");
-  check.require(range.fuse.history >= range.fuse.batch, "fuse.history_s",
-                "found " + show_number(range.fuse.history.seconds()) + ", allowed: fuse.batch_ms (" +
-                    milliseconds_text(range.fuse.batch) + " ms) or more");
+  check.require(range.fuse.arbitration.history >= range.fuse.cartesian_fusion.batch, "fuse.history_s",
+                "found " + show_number(range.fuse.arbitration.history.seconds()) + ", allowed: fuse.batch_ms (" +
+                    milliseconds_text(range.fuse.cartesian_fusion.batch) + " ms) or more");
   check.require(range.slave.coast >= range.slave.stale, "slave.coast_ms",
                 "found " + milliseconds_text(range.slave.coast) + ", allowed: slave.stale_ms (" +
                     milliseconds_text(range.slave.stale) + ") or more");
@@ -122,8 +122,8 @@ void check_capabilities(const RangeConfig& range, const std::string& method, con
   std::vector<std::string> allowed;
   for (const Kinematics kinematics : all_kinematics)
     if (takes.takes(kinematics)) allowed.emplace_back(to_string(kinematics));
-  check.require(takes.takes(range.fuse.kinematics), "fuse.kinematics",
-                "found \"" + std::string(to_string(range.fuse.kinematics)) + "\", which method \"" + method +
+  check.require(takes.takes(range.fuse.motion.kinematics), "fuse.kinematics",
+                "found \"" + std::string(to_string(range.fuse.motion.kinematics)) + "\", which method \"" + method +
                     "\" does not take, allowed: one of " + show_texts(allowed));
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -46,31 +47,20 @@ struct Field {
   std::function<void(S&, T)> set;
 };
 
-template <class S, class T>
-Field<S, T> at(T S::*member) {
-  return {[=](const S& s) { return s.*member; }, [=](S& s, T value) { s.*member = std::move(value); }};
+/// s.*outer, or of that the member `inner`, and so on.
+template <class S, class M, class... Inner>
+auto& member_of(S& s, M outer, Inner... inner) {
+  if constexpr (sizeof...(inner) == 0) {
+    return s.*outer;
+  } else {
+    return member_of(s.*outer, inner...);
+  }
 }
-template <class S, class M, class T>
-Field<S, T> at(M S::*outer, T M::*inner) {
-  return {[=](const S& s) { return s.*outer.*inner; }, [=](S& s, T value) { s.*outer.*inner = std::move(value); }};
-}
-template <class S, class M, class N, class T>
-Field<S, T> at(M S::*outer, N M::*middle, T N::*inner) {
-  return {[=](const S& s) { return s.*outer.*middle.*inner; },
-          [=](S& s, T value) { s.*outer.*middle.*inner = std::move(value); }};
-}
-/// The same for a member, the outermost one, that S inherits.
-template <class S, class Base, class T>
-Field<S, T> at_base(T Base::*member) {
-  return at(static_cast<T S::*>(member));
-}
-template <class S, class Base, class M, class T>
-Field<S, T> at_base(M Base::*outer, T M::*inner) {
-  return at(static_cast<M S::*>(outer), inner);
-}
-template <class S, class Base, class M, class N, class T>
-Field<S, T> at_base(M Base::*outer, N M::*middle, T N::*inner) {
-  return at(static_cast<M S::*>(outer), middle, inner);
+template <class S, class M, class... Inner>
+auto at(M S::*outer, Inner... inner) {
+  using T = std::remove_reference_t<decltype(member_of(std::declval<S&>(), outer, inner...))>;
+  return Field<S, T>{[=](const S& s) { return member_of(s, outer, inner...); },
+                     [=](S& s, T value) { member_of(s, outer, inner...) = std::move(value); }};
 }
 /// One geodetic coordinate of a site.
 template <class S>

@@ -191,14 +191,14 @@ void warn_of_bias_sizes(const RadarConfig& radar, std::size_t index, const Idle&
 }
 
 void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
-  if (!range.align.gps_error.enabled)
+  if (!range.align.gps.error.enabled)
     idle.add("align", {"gps_error_sigma_m", "gps_error_tau_s"}, "gps_error_states is false");
-  if (!range.align.gps_alignment.smooth) idle.add("align", {"smooth_fixes"}, "gps_reference is \"predict\"");
-  if (!range.align.no_gps.enabled)
+  if (!range.align.gps.alignment.smooth) idle.add("align", {"smooth_fixes"}, "gps_reference is \"predict\"");
+  if (!range.align.gps.no_gps.enabled)
     idle.add("align", {"no_gps_offset_prior_m", "no_gps_angle_prior_deg", "no_gps_wander_deg", "no_gps_wander_tau_s"},
              "no_gps is false");
-  if (!range.gps.gps_use_velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
-  const Kinematics moves = range.fuse.kinematics;
+  if (!range.gps.use.velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
+  const Kinematics moves = range.fuse.motion.kinematics;
   const bool has_acceleration = moves == Kinematics::Ca || moves == Kinematics::Launch;
   const std::string because = "it is not of the kinematics that fuse.kinematics names";
   if (has_acceleration) idle.add("fuse", {"q_cv_m2_s3"}, because);

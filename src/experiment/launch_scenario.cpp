@@ -140,15 +140,15 @@ MethodSettings Scene::settings(Kinematics kinematics, const BiasModel& bias) con
   for (const sim::RadarScenario& r : scenario_.radars)
     s.radars.push_back({.site = r.site, .sigma = r.sigma, .bias = bias});
   s.stations = 1;
-  s.history = milliseconds(0);
-  s.gate_probability = 1;
-  s.kinematics = kinematics;
-  s.gps_use_velocity = false;
-  s.gps_error.enabled = false;
-  s.no_gps.enabled = false;
-  s.bias_window = 20;
-  s.bias_offset_drift_m_sqrt_s = 0;
-  s.bias_scale_drift_sqrt_s = 0;
+  s.arbitration.history = milliseconds(0);
+  s.arbitration.gate_probability = 1;
+  s.motion.kinematics = kinematics;
+  s.gps_use.velocity = false;
+  s.gps.error.enabled = false;
+  s.gps.no_gps.enabled = false;
+  s.cartesian_bias.window = 20;
+  s.cartesian_bias.offset_drift_m_sqrt_s = 0;
+  s.cartesian_bias.scale_drift_sqrt_s = 0;
   return s;
 }
 

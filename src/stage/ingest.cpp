@@ -195,7 +195,7 @@ Ingest::Stream& Ingest::stream_of(const Observation& o) {
 
 Reason Ingest::judge_time(const Observation& o) {
   if (!plausible(o.epoch) || !plausible(o.received)) return Reason::OutOfLimits;
-  const Time horizon = o.received - config_.fuse.history;
+  const Time horizon = o.received - config_.fuse.arbitration.history;
   if (o.epoch < horizon) return Reason::TooLate;
   if (o.epoch > o.received + config_.ingest.max_future) return Reason::FromFuture;
 

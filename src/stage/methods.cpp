@@ -42,14 +42,14 @@ MethodSettings settings_of(const RangeConfig& config) {
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
-  static_cast<ArbitrationSettings&>(s) = config.fuse;
-  static_cast<StartSettings&>(s) = config.fuse;
-  static_cast<KinematicsSettings&>(s) = config.fuse;
-  static_cast<CartesianFusionSettings&>(s) = config.fuse;
-  static_cast<QuickLookSettings&>(s) = config.fuse;
-  static_cast<GpsUseSettings&>(s) = config.gps;
-  static_cast<GpsSettings&>(s) = config.align;
-  static_cast<CartesianBiasSettings&>(s) = config.align;
+  s.arbitration = config.fuse.arbitration;
+  s.start = config.fuse.start;
+  s.motion = config.fuse.motion;
+  s.gps_use = config.gps.use;
+  s.gps = config.align.gps;
+  s.cartesian_bias = config.align.cartesian_bias;
+  s.cartesian_fusion = config.fuse.cartesian_fusion;
+  s.quick_look = config.fuse.quick_look;
   return s;
 }
 

@@ -32,7 +32,7 @@ SourceTable::SourceTable(const RangeConfig& config) {
   for (const AngleSensorConfig& sensor : config.angle_sensors)
     sources_.push_back({sensor.id, SourceKind::AngleSensor, sensor.site, three_periods(sensor.rate_hz)});
   for (const TelemetryConfig& station : config.telemetry)
-    sources_.push_back({station.id, SourceKind::Telemetry, station.site, config.align.gps_max_age});
+    sources_.push_back({station.id, SourceKind::Telemetry, station.site, config.align.gps.max_age});
 }
 
 SourceId SourceTable::find(SourceKind kind, const Name& name) const {

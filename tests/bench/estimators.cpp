@@ -24,9 +24,9 @@ MethodSettings settings_of(int radars, int targets, Kinematics kinematics) {
   MethodSettings s;
   s.targets = targets;
   s.stations = 1;
-  s.kinematics = kinematics;
-  s.gate_probability = 1;
-  s.no_gps.enabled = false;
+  s.motion.kinematics = kinematics;
+  s.arbitration.gate_probability = 1;
+  s.gps.no_gps.enabled = false;
   for (int i = 0; i < radars; ++i) {
     RadarModel radar;
     radar.site = Site({(34 + 0.1 * i) * deg, (126 + 0.2 * i) * deg, 100});

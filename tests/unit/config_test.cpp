@@ -92,7 +92,7 @@ TEST(Naro, ServiceIsExact) {
   EXPECT_EQ(config.range.gps.sigma_horizontal_m, 5);
   EXPECT_EQ(config.range.gps.sigma_vertical_m, 8);
   EXPECT_EQ(config.range.fuse.methods, (std::vector<Name>{"joint", "song2015", "uncorrected"}));
-  EXPECT_EQ(config.range.fuse.history, milliseconds(5000));
+  EXPECT_EQ(config.range.fuse.arbitration.history, milliseconds(5000));
   EXPECT_FALSE(config.range.ingest.expect_simulated);
   EXPECT_EQ(config.clock.mode, ClockMode::Wall);
   EXPECT_EQ(config.dds.profiles, source_dir / "config/dds-qos.xml");
@@ -235,8 +235,8 @@ TEST(Bias, DefaultsAreThoseOfTheEstimators) {
   }
   const MethodSettings settings;
   const RangeConfig range = load(naro).range;
-  EXPECT_EQ(range.align.no_gps.angle_prior_rad, settings.no_gps.angle_prior_rad);
-  EXPECT_EQ(range.fuse.q_ca_m2_s5, settings.q_ca_m2_s5);
+  EXPECT_EQ(range.align.gps.no_gps.angle_prior_rad, settings.gps.no_gps.angle_prior_rad);
+  EXPECT_EQ(range.fuse.motion.q_ca_m2_s5, settings.motion.q_ca_m2_s5);
 }
 
 TEST(Bias, BadValuesOfARadarSayWhatIsAllowed) {
@@ -382,8 +382,8 @@ TEST(Methods, BadSettingsSayWhatIsAllowed) {
     ASSERT_EQ(problems.size(), 1u) << key << '\n' << joined(problems);
     EXPECT_NE(problems[0].message.find("allowed: " + allowed), std::string::npos) << joined(problems);
   }
-  EXPECT_EQ(load(naro, {{"fuse.kinematics", "vdie", "--set"}}).range.fuse.kinematics, Kinematics::Vdie);
-  EXPECT_TRUE(load(naro, {{"align.gps_reference", "smooth", "--set"}}).range.align.gps_alignment.smooth);
+  EXPECT_EQ(load(naro, {{"fuse.kinematics", "vdie", "--set"}}).range.fuse.motion.kinematics, Kinematics::Vdie);
+  EXPECT_TRUE(load(naro, {{"align.gps_reference", "smooth", "--set"}}).range.align.gps.alignment.smooth);
 }
 
 TEST(Key, AnyTextIsShownAsToml) {

@@ -36,8 +36,8 @@ TEST_F(AllocationCount, IsCounted) {
 /// Fixes come 0.5 to 1.5 s late, so that history is rewound all the time.
 TEST_P(Allocation, NoneInTheSteadyState) {
   test::Flight f = test::draw_flight(3, 90, true);
-  f.settings.kinematics = GetParam().kinematics;
-  f.settings.gps_alignment.smooth = GetParam().smooth;
+  f.settings.motion.kinematics = GetParam().kinematics;
+  f.settings.gps.alignment.smooth = GetParam().smooth;
   std::vector<std::pair<Time, const Measurement*>> arrival;
   for (std::size_t i = 0; i < f.measurements.size(); ++i) {
     const Measurement& m = f.measurements[i];

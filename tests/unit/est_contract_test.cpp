@@ -22,8 +22,8 @@ using Contestant = test::MethodCase;
 class EveryMethod : public testing::TestWithParam<Contestant> {
  protected:
   [[nodiscard]] std::unique_ptr<Method> make(MethodSettings settings) const {
-    settings.kinematics = GetParam().kinematics;
-    settings.gps_alignment.smooth = GetParam().smooth;
+    settings.motion.kinematics = GetParam().kinematics;
+    settings.gps.alignment.smooth = GetParam().smooth;
     return make_method(GetParam().method, settings);
   }
 };
@@ -386,7 +386,7 @@ TEST_P(EveryMethod, StaysHonestOverThirtyThousandUpdates) {
 /// A million updates of a filter whose biases are known ever better: symmetric and positive definite to the end.
 TEST(Numerics, AMillionUpdatesKeepTheCovarianceWhatItIs) {
   Flight f = draw_flight(1, 1, false);
-  f.settings.kinematics = Kinematics::Ca;
+  f.settings.motion.kinematics = Kinematics::Ca;
   const Joint joint(f.settings);
   Joint::State state = joint.initial();
   Circling target(f.settings);

@@ -79,10 +79,10 @@ TEST(Joint, PointingThatWandersIsAState) {
   constexpr int runs = 32;
   for (std::uint64_t seed = 40; seed < 40 + runs; ++seed) {
     Flight f = draw_flight(seed, 60, true);
-    f.settings.kinematics = Kinematics::Ca;
-    f.settings.q_ca_m2_s5 = 0.1;  // the flight's acceleration is constant
-    f.settings.no_gps.enabled = false;
-    f.settings.gps_error.enabled = false;
+    f.settings.motion.kinematics = Kinematics::Ca;
+    f.settings.motion.q_ca_m2_s5 = 0.1;  // the flight's acceleration is constant
+    f.settings.gps.no_gps.enabled = false;
+    f.settings.gps.error.enabled = false;
     std::mt19937_64 rng(seed);
     std::normal_distribution<double> normal;
     Vec<2> error[2] = {};
@@ -123,8 +123,8 @@ TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {
     const TrackEstimate e = *method->fused(0);
     const Vec<3> line_of_sight = (e.mean.head<3>() - f.settings.radars[1].site.ecef().m).normalized();
     const double sigma = std::sqrt(line_of_sight.dot(e.cov.topLeftCorner<3, 3>() * line_of_sight));
-    EXPECT_GT(sigma, 0.98 * f.settings.no_gps.offset_prior_m) << name;
-    EXPECT_LT(sigma, 3 * f.settings.no_gps.offset_prior_m) << name;  // the range's scale adds to it
+    EXPECT_GT(sigma, 0.98 * f.settings.gps.no_gps.offset_prior_m) << name;
+    EXPECT_LT(sigma, 3 * f.settings.gps.no_gps.offset_prior_m) << name;  // the range's scale adds to it
   }
 }
 
@@ -138,7 +138,7 @@ double least_eigenvalue(const Eigen::MatrixXd& P) {
 TEST(Joint, CovarianceStaysSymmetricAndPositiveDefinite) {
   for (const Kinematics kinematics : {Kinematics::Ca, Kinematics::Launch}) {
     Flight f = draw_flight(5, 120, true);
-    f.settings.kinematics = kinematics;
+    f.settings.motion.kinematics = kinematics;
     const Joint joint(f.settings);
     Joint::State state = joint.initial();
     for (const Measurement& m : f.measurements) (void)joint.apply(state, m);
@@ -201,7 +201,7 @@ TEST(PlotModel, JacobiansAreThoseOfCentralDifferences) {
 /// shares no step with the filter's own: only this catches a gain that is wrong and consistent.
 TEST(Joint, UpdateIsTheInformationFilters) {
   Flight f = draw_flight(6, 12, true);
-  f.settings.kinematics = Kinematics::Ca;
+  f.settings.motion.kinematics = Kinematics::Ca;
   const Joint joint(f.settings);
   Joint::State state = joint.initial();
   for (const Measurement& m : f.measurements) (void)joint.apply(state, m);

@@ -33,9 +33,9 @@ TEST(QuickLook, IsTheTrackerAtTheSite) {
   const Site& site = f.settings.radars[0].site;
   const auto method = make_method("alpha-beta", f.settings);
   std::optional<AlphaBetaTracker<3>> tracker;
-  const AlphaBetaSettings settings{.sigma_acceleration = f.settings.alpha_beta_acceleration_m_s2,
-                                   .initial_sigma_velocity = f.settings.initial_sigma_velocity_m_s,
-                                   .gate = chi2_quantile(f.settings.gate_probability, 3)};
+  const AlphaBetaSettings settings{.sigma_acceleration = f.settings.quick_look.acceleration_m_s2,
+                                   .initial_sigma_velocity = f.settings.start.sigma_velocity_m_s,
+                                   .gate = chi2_quantile(f.settings.arbitration.gate_probability, 3)};
   Time last;
   for (const Measurement& m : f.measurements) {
     EXPECT_EQ(method->process(m, m.epoch).verdict, Verdict::Accepted);
@@ -89,7 +89,7 @@ TEST(QuickLook, ATrackOfWhichNoPlotIsAcceptedStartsAnew) {
   Flight f = of_radar(draw_flight(6, 40, false), 0);
   for (Measurement& m : f.measurements)
     if (m.epoch > Time{} + seconds(30)) m.plot.range_m += 5000;
-  f.settings.restart_after = milliseconds(2000);
+  f.settings.arbitration.restart_after = milliseconds(2000);
   const auto method = make_method("alpha-beta", f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
   EXPECT_EQ(method->account(0).gated, 21u);  // 10 a second

@@ -29,7 +29,7 @@ struct Flown {
 
 Flown fly_schmidt(bool with_gps = true) {
   Flight f = draw_flight(6, 12, true, with_gps);
-  f.settings.kinematics = Kinematics::Ca;
+  f.settings.motion.kinematics = Kinematics::Ca;
   Schmidt schmidt(f.settings);
   Schmidt::State state = schmidt.initial();
   for (const Measurement& m : f.measurements) (void)schmidt.apply(state, m);
@@ -45,7 +45,7 @@ Vec<3> predicted(const Flown& f, int source, int motion_at, const Vector& x) {
 
 Vec<3> predicted_without_gps(const Flown& f, int source) {
   const MethodSettings& settings = f.schmidt.settings();
-  const auto layout = bias_layout_without_gps(settings.radars, settings.no_gps, f.schmidt.first_radar_at());
+  const auto layout = bias_layout_without_gps(settings.radars, settings.gps.no_gps, f.schmidt.first_radar_at());
   const auto radar = static_cast<std::size_t>(source);
   return predict_plot(settings.radars[radar], f.mode().x.head<9>(), layout.radars[radar].bias(f.mode().x)).q;
 }
@@ -153,7 +153,7 @@ TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
 /// There is nothing then that the two could do differently: radars find their biases against each other.
 TEST(Schmidt, WithoutGpsIsTheJointFilter) {
   Flight f = draw_flight(8, 30, true, false);
-  f.settings.kinematics = Kinematics::Ca;
+  f.settings.motion.kinematics = Kinematics::Ca;
   const auto schmidt = make_method("schmidt", f.settings);
   const auto joint = make_method("joint", f.settings);
   for (const Measurement& m : f.measurements) {
@@ -224,9 +224,9 @@ TEST(Schmidt, SmoothedGpsFindsTheSameBiases) {
   double smoothed_square = 0;
   for (std::uint64_t seed = 20; seed < 28; ++seed) {
     Flight f = draw_flight(seed, 60, true);
-    f.settings.kinematics = Kinematics::Ca;
+    f.settings.motion.kinematics = Kinematics::Ca;
     predicted_square += std::pow(left_of_bias(f), 2) / 8;
-    f.settings.gps_alignment = {.smooth = true, .fixes = 2};
+    f.settings.gps.alignment = {.smooth = true, .fixes = 2};
     smoothed_square += std::pow(left_of_bias(f), 2) / 8;
   }
   EXPECT_LT(std::sqrt(predicted_square), 1.0);  // the planted bias is up to four sigma

@@ -110,7 +110,7 @@ TEST(Song2015, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {
     if (m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch > Time{} + seconds(40)) m.plot.range_m += 280;
   const auto method = make_method("song2015", f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
-  EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.reopen_after) - 1);
+  EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.arbitration.reopen_after) - 1);
   EXPECT_EQ(method->account(1).rejected_in_row, 0);
 }
 

@@ -14,7 +14,7 @@ class Rules : public testing::Test {
  protected:
   static MethodSettings two_radars() {
     MethodSettings s = test::draw_flight(1, 1, false).settings;
-    s.reopen_after = 20;
+    s.arbitration.reopen_after = 20;
     return s;
   }
   [[nodiscard]] static Time at(double t) { return Time{} + seconds(1000 + t); }

@@ -73,7 +73,7 @@ TEST(Information, IsTheCentralisedFilterAtEveryPlot) {
 /// Both radars measure at the instants of fusion: then, and only then, the shares add up to the centralised filter.
 TEST(Federated, IsTheCentralisedFilterWhereRadarsMeasureAtTheInstantsOfFusion) {
   Flight f = draw_flight(12, 40, true);
-  for (Measurement& m : f.measurements) m.epoch = ceil_to_grid(m.epoch, f.settings.batch);
+  for (Measurement& m : f.measurements) m.epoch = ceil_to_grid(m.epoch, f.settings.cartesian_fusion.batch);
   std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
   const Apart worst = worst_apart(f, "federated", "song2015");
   EXPECT_LT(worst.mean, 1e-7);
@@ -119,22 +119,22 @@ Drawn draw_common_noise(std::uint64_t seed) {
   d.settings.radars = {{Site({34.4450 * deg, 127.52 * deg, 120}), sigma},
                        {Site({33.9 * deg, 127.0 * deg, 350}), sigma},
                        {Site({34.3 * deg, 128.2 * deg, 50}), sigma}};
-  d.settings.bias_offset_prior_m = 0;
-  d.settings.bias_scale_prior = 0;
-  d.settings.gate_probability = 1;
-  d.settings.initial_sigma_velocity_m_s = 300;
+  d.settings.cartesian_bias.offset_prior_m = 0;
+  d.settings.cartesian_bias.scale_prior = 0;
+  d.settings.arbitration.gate_probability = 1;
+  d.settings.start.sigma_velocity_m_s = 300;
   const std::array<std::int64_t, 3> period{100, 50, 250};
   const std::array<std::int64_t, 3> phase{13, 31, 77};
   const Site centre({34.2 * deg, 127.6 * deg, 0});
   Vec<3> p = centre.ecef_of({{2000 * normal(rng), 2000 * normal(rng), 30'000}}).m;
-  Vec<3> v = d.settings.initial_sigma_velocity_m_s * draw3();
+  Vec<3> v = d.settings.start.sigma_velocity_m_s * draw3();
   std::int64_t at_ms = 0;
   for (std::int64_t ms = 1; ms <= 14'000; ++ms) {
     for (std::size_t i = 0; i < 3; ++i) {
       if (ms % period[i] != phase[i] || (i == 1 && ms > 4000 && ms < 11'000)) continue;
       // White acceleration over dt: two independent normals give [T^3/3, T^2/2; T^2/2, T] q.
       const double T = 1e-3 * static_cast<double>(ms - at_ms);
-      const double root = std::sqrt(d.settings.q_m2_s3 * T);
+      const double root = std::sqrt(d.settings.cartesian_fusion.q_m2_s3 * T);
       const Vec<3> a = draw3();
       const Vec<3> b = draw3();
       p += T * v + root * T * (a / 2 + b / std::sqrt(12.0));
@@ -208,7 +208,7 @@ TEST_P(EveryRule, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {
     if (m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch > Time{} + seconds(40)) m.plot.range_m += 280;
   const auto method = make_method(GetParam(), f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
-  EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.reopen_after) - 1);
+  EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.arbitration.reopen_after) - 1);
   EXPECT_EQ(method->account(1).rejected_in_row, 0);
 }
 

@@ -19,8 +19,8 @@ using test::Flight;
 
 TEST(Ts, IsTheJointFilterOfOneTarget) {
   Flight f = draw_flight(3, 40, true);
-  f.settings.kinematics = Kinematics::Ca;
-  f.settings.no_gps.enabled = false;
+  f.settings.motion.kinematics = Kinematics::Ca;
+  f.settings.gps.no_gps.enabled = false;
   ASSERT_EQ(f.measurements[0].kind, Measurement::Kind::Gps);  // from a plot the two start differently
   const auto ts = make_method("ts", f.settings);
   const auto joint = make_method("joint", f.settings);
@@ -70,13 +70,13 @@ Scene draw_scene(std::uint64_t seed, int targets, double duration_s) {
     s.settings.radars.push_back(radar);
   }
   s.settings.targets = targets;
-  s.settings.q_ca_m2_s5 = 0.1;
-  s.settings.initial_sigma_velocity_m_s = 300;
-  s.settings.initial_sigma_acceleration_m_s2 = 3;
+  s.settings.motion.q_ca_m2_s5 = 0.1;
+  s.settings.start.sigma_velocity_m_s = 300;
+  s.settings.start.sigma_acceleration_m_s2 = 3;
   for (Vec<bias_term_count>& b : s.bias) {
     b.setZero();
     b.segment<6>(static_cast<int>(BiasTerm::OffsetRange)) << 25 * normal(rng),
-        s.settings.no_gps.angle_prior_rad * normal(rng), s.settings.no_gps.angle_prior_rad * normal(rng),
+        s.settings.gps.no_gps.angle_prior_rad * normal(rng), s.settings.gps.no_gps.angle_prior_rad * normal(rng),
         1e-4 * normal(rng), 1e-3 * normal(rng), 1e-3 * normal(rng);
   }
   const MotionModel motion{.noise = MotionModel::Noise::WhiteJerk, .q = 0.1, .gravity_aware = false};
@@ -120,7 +120,7 @@ TEST(Ts, FindsBiasesFromManyTargetsAndIsHonestAboutThem) {
   double azimuth_variance = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     Scene s = draw_scene(seed, targets, 60);
-    s.settings.gate_probability = 1;
+    s.settings.arbitration.gate_probability = 1;
     const auto ts = make_method("ts", s.settings);
     for (const Measurement& m : s.plots) EXPECT_EQ(ts->process(m, m.epoch).verdict, Verdict::Accepted);
     const BiasEstimate b = ts->bias(0);
@@ -176,8 +176,8 @@ TEST(Ts, ARadarThatStepsIsFoundAgain) {
   const Time step = Time{} + seconds(1060);
   for (Measurement& m : s.plots)
     if (m.source == 1 && m.epoch > step) m.plot.range_m += 400;  // four sigma of what it can be
-  s.settings.no_gps.enabled = false;
-  s.settings.reopen_after = 20;
+  s.settings.gps.no_gps.enabled = false;
+  s.settings.arbitration.reopen_after = 20;
   const auto ts = make_method("ts", s.settings);
   Verdict last = Verdict::Accepted;
   int rejected = 0;

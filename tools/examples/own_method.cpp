@@ -36,7 +36,7 @@ class PlainCv {
   };
 
   explicit PlainCv(MethodSettings settings)
-      : settings_(std::move(settings)), gate_(chi2_quantile(settings_.gate_probability, 3)) {}
+      : settings_(std::move(settings)), gate_(chi2_quantile(settings_.arbitration.gate_probability, 3)) {}
 
   State initial() const {
     return {
@@ -65,12 +65,13 @@ class PlainCv {
     if (!track.started) {
       track = {.started = true, .epoch = m.epoch, .state = {}};
       track.state.mean << z, Vec<3>::Zero();
-      const double sigma_v = settings_.initial_sigma_velocity_m_s;
+      const double sigma_v = settings_.start.sigma_velocity_m_s;
       track.state.cov << R, Mat<3, 3>::Zero(), Mat<3, 3>::Zero(), sigma_v * sigma_v * Mat<3, 3>::Identity();
       count(account, {});
       return {};
     }
-    const Gaussian<6> predicted = cv::predict(track.state, (m.epoch - track.epoch).seconds(), settings_.q_cv_m2_s3);
+    const Gaussian<6> predicted =
+        cv::predict(track.state, (m.epoch - track.epoch).seconds(), settings_.motion.q_cv_m2_s3);
     const Mat<3, 6> H = (Mat<3, 6>() << Mat<3, 3>::Identity(), Mat<3, 3>::Zero()).finished();
     const auto update = kalman_update<6, 3>(predicted, z - predicted.mean.head<3>(), H, R, gate_);
     const Outcome outcome{.verdict = update.verdict, .nis = update.nis, .dof = 3};
@@ -89,7 +90,8 @@ class PlainCv {
     TrackEstimate e;
     e.epoch = at.value_or(track.epoch);
     e.data_epoch = track.epoch;
-    const Gaussian<6> predicted = cv::predict(track.state, (e.epoch - track.epoch).seconds(), settings_.q_cv_m2_s3);
+    const Gaussian<6> predicted =
+        cv::predict(track.state, (e.epoch - track.epoch).seconds(), settings_.motion.q_cv_m2_s3);
     e.mean.head<6>() = predicted.mean;
     e.cov.topLeftCorner<6, 6>() = predicted.cov;
     e.nis = track.nis;

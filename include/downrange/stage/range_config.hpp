@@ -97,7 +97,8 @@ struct TelemetryConfig {
 };
 
 /// The vehicle's receiver; a message's own stated accuracy overrides the sigmas.
-struct GpsConfig : GpsUseSettings {
+struct GpsConfig {
+  GpsUseSettings use;
   double sigma_horizontal_m = 5;
   double sigma_vertical_m = 8;
   double sigma_velocity_m_s = 0.2;
@@ -123,10 +124,18 @@ struct IngestConfig {
   bool expect_simulated = false;  ///< the `simulated` flag every input must carry
 };
 
-/// Bias estimation: what the methods take of it, as it is.
-struct AlignConfig : GpsSettings, CartesianBiasSettings {};
+/// Bias estimation: the methods' own settings.
+struct AlignConfig {
+  GpsSettings gps;
+  CartesianBiasSettings cartesian_bias;
+};
 
-struct FuseConfig : ArbitrationSettings, StartSettings, KinematicsSettings, CartesianFusionSettings, QuickLookSettings {
+struct FuseConfig {
+  ArbitrationSettings arbitration;
+  StartSettings start;
+  KinematicsSettings motion;
+  CartesianFusionSettings cartesian_fusion;
+  QuickLookSettings quick_look;
   std::vector<Name> methods{"joint"};  ///< side by side; slaving follows the first
   bool publish_on_data = true;         ///< trajectory with each measurement; false: on the tick
 };

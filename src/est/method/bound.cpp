@@ -20,16 +20,16 @@ class Bound::Impl {
       : settings_(settings),
         truth_(std::move(truth)),
         biases_(std::move(biases)),
-        model_(model_set(settings).model[0]),
+        model_(model_set(settings.motion).model[0]),
         layout_(bias_layout(settings.radars, first_radar_at)) {
-    if (settings.kinematics != Kinematics::Cv && settings.kinematics != Kinematics::Ca)
+    if (settings.motion.kinematics != Kinematics::Cv && settings.motion.kinematics != Kinematics::Ca)
       throw std::invalid_argument("the bound is that of kinematics cv or ca");
     assert(biases_.size() == settings_.radars.size());
     h_.x.setZero(first_radar_at + layout_.size);
     h_.P.setZero(h_.x.size(), h_.x.size());
     for (const RadarBlock& block : layout_.radars) reset_bias(h_, block);
-    if (settings_.gps_error.enabled)
-      reset_block(h_, gps_error_at, Vec<3>::Zero(), std::pow(settings_.gps_error.sigma_m, 2) * Mat<3, 3>::Identity());
+    if (settings_.gps.error.enabled)
+      reset_block(h_, gps_error_at, Vec<3>::Zero(), std::pow(settings_.gps.error.sigma_m, 2) * Mat<3, 3>::Identity());
   }
 
   void start(Time epoch, const Mat<9, 9>& cov) {
@@ -47,13 +47,13 @@ class Bound::Impl {
     epoch_ = m.epoch;
     if (dt > 0) {
       predict_motion(h_, motion_at, model_, dt);
-      if (settings_.gps_error.enabled)
-        predict_gauss_markov(h_, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+      if (settings_.gps.error.enabled)
+        predict_gauss_markov(h_, gps_error_at, 3, settings_.gps.error.sigma_m, settings_.gps.error.tau_s, dt);
       predict_bias(h_, layout_, dt);
     }
     linearise_at_truth(m.epoch);
     if (m.kind == Measurement::Kind::Gps) {
-      if (m.velocity_valid && settings_.gps_use_velocity) {
+      if (m.velocity_valid && settings_.gps_use.velocity) {
         add_information<6>(fix_jacobian<6>(motion_at), fix_noise<6>(m));
       } else {
         add_information<3>(fix_jacobian<3>(motion_at), fix_noise<3>(m));

@@ -39,10 +39,11 @@ CartesianAlign::CartesianAlign(MethodSettings settings, bool correct)
     : settings_(std::move(settings)),
       arbitration_(settings_),
       correct_(correct),
-      gate3_(correct ? chi2_quantile(settings_.gate_probability, 3) : std::numeric_limits<double>::infinity()),
-      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
-  assert(settings_.bias_window <= RadarBias::max_window);
-  assert(settings_.gps_alignment.fixes >= 1 && settings_.gps_alignment.fixes < GpsTrack::max_knots);
+      gate3_(correct ? chi2_quantile(settings_.arbitration.gate_probability, 3)
+                     : std::numeric_limits<double>::infinity()),
+      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
+  assert(settings_.cartesian_bias.window <= RadarBias::max_window);
+  assert(settings_.gps.alignment.fixes >= 1 && settings_.gps.alignment.fixes < GpsTrack::max_knots);
 }
 
 CartesianAlign::State CartesianAlign::initial() const {
@@ -56,14 +57,14 @@ CartesianAlign::State CartesianAlign::initial() const {
 }
 
 void CartesianAlign::reserve(State& state) const {
-  if (!settings_.gps_alignment.smooth) return;
+  if (!settings_.gps.alignment.smooth) return;
   for (GpsTrack& gps : state.gps) gps.held.reserve(GpsTrack::max_held);
 }
 
 Gaussian<6> CartesianAlign::prior_bias() const {
   Vec<6> variance;
-  variance << Vec<3>::Constant(settings_.bias_offset_prior_m * settings_.bias_offset_prior_m),
-      Vec<3>::Constant(settings_.bias_scale_prior * settings_.bias_scale_prior);
+  variance << Vec<3>::Constant(settings_.cartesian_bias.offset_prior_m * settings_.cartesian_bias.offset_prior_m),
+      Vec<3>::Constant(settings_.cartesian_bias.scale_prior * settings_.cartesian_bias.scale_prior);
   return {.mean = Vec<6>::Zero(), .cov = correct_ ? Mat<6, 6>(variance.asDiagonal()) : Mat<6, 6>::Zero()};
 }
 
@@ -88,13 +89,14 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
     const Mat<3, 3> S = fused->cov.topLeftCorner<3, 3>() + fix_covariance(m);
     agrees = normalised_square<3>(m.position.m - motion.head<3>(), S) <= gate3_;
   } else if (gps.reference.started) {
-    motion.head<6>() = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3).mean;
+    motion.head<6>() =
+        cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3).mean;
   }
   const Outcome outcome = follow_receiver(
       arbitration_, life, gps.reference, m, motion, agrees, [&] { start_gps(gps, m); },
       [&] { return follow_fix(gps, account, m); },
       [&] {
-        if (settings_.gps_alignment.smooth) release_held(state, gps);
+        if (settings_.gps.alignment.smooth) release_held(state, gps);
       },
       [&] { loosen_biases(state, radars); });
   count(account, outcome);
@@ -102,7 +104,8 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
 }
 
 Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
-  const Gaussian<6> predicted = cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3);
+  const Gaussian<6> predicted =
+      cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3);
   const Mat<3, 3> R = fix_covariance(m);
   Outcome outcome;
   const auto take = [&](const auto& u) {
@@ -111,9 +114,9 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
     note_innovation(account, u.innovation, u.S, u.nis);
     gps.state = u.posterior;
     gps.epoch = m.epoch;
-    if (settings_.gps_alignment.smooth) add_knot(gps);
+    if (settings_.gps.alignment.smooth) add_knot(gps);
   };
-  if (m.velocity_valid && settings_.gps_use_velocity) {
+  if (m.velocity_valid && settings_.gps_use.velocity) {
     Mat<6, 6> R6 = Mat<6, 6>::Zero();
     R6.topLeftCorner<3, 3>() = R;
     R6.bottomRightCorner<3, 3>().diagonal().setConstant(m.sigma_velocity_m_s * m.sigma_velocity_m_s);
@@ -128,8 +131,8 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
 }
 
 void CartesianAlign::start_gps(GpsTrack& gps, const Measurement& m) const {
-  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
-  const double sigma_velocity = with_velocity ? m.sigma_velocity_m_s : settings_.initial_sigma_velocity_m_s;
+  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
+  const double sigma_velocity = with_velocity ? m.sigma_velocity_m_s : settings_.start.sigma_velocity_m_s;
   gps.epoch = m.epoch;
   gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
   gps.state.cov.setZero();
@@ -137,7 +140,7 @@ void CartesianAlign::start_gps(GpsTrack& gps, const Measurement& m) const {
   gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_velocity * sigma_velocity);
   gps.knot_count = 0;
   gps.held.clear();  // no fix of this track came before them
-  if (settings_.gps_alignment.smooth) add_knot(gps);
+  if (settings_.gps.alignment.smooth) add_knot(gps);
 }
 
 TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) const {
@@ -172,8 +175,8 @@ bool CartesianAlign::is_refused(State& state, const Measurement& plot) const {
   const GpsTrack& gps = state.gps[static_cast<std::size_t>(plot.target)];
   const RadarBias& bias = state.radars[static_cast<std::size_t>(plot.source)];
   // Where plots wait for fixes, the newest ones that were compared tell.
-  const int in_row = settings_.gps_alignment.smooth ? 3 : 1;
-  const bool refused = correct_ && gps.reference.confirmed && plot.epoch - gps.epoch <= settings_.gps_max_age &&
+  const int in_row = settings_.gps.alignment.smooth ? 3 : 1;
+  const bool refused = correct_ && gps.reference.confirmed && plot.epoch - gps.epoch <= settings_.gps.max_age &&
                        bias.rejected_in_row >= in_row;
   return arbitration_.alone_against_gps(state.lives[static_cast<std::size_t>(plot.target)], plot, refused);
 }
@@ -194,22 +197,22 @@ void CartesianAlign::forget(RadarBias& bias) const {
 void CartesianAlign::align(State& state, const Measurement& m, const Vec<3>& z_sez, const Mat<3, 3>& R_sez) const {
   GpsTrack& gps = state.gps[static_cast<std::size_t>(m.target)];
   const HeldPlot plot{.epoch = m.epoch, .radar = m.source, .z_sez = z_sez, .R_sez = R_sez};
-  if (settings_.gps_alignment.smooth) {
+  if (settings_.gps.alignment.smooth) {
     if (gps.reference.started && gps.held.size() < GpsTrack::max_held) gps.held.push_back(plot);
-  } else if (gps.reference.confirmed && m.epoch - gps.epoch <= settings_.gps_max_age) {
+  } else if (gps.reference.confirmed && m.epoch - gps.epoch <= settings_.gps.max_age) {
     // (17) Kalman prediction of GPS to the radar's epoch.
     estimate_bias(state.radars[static_cast<std::size_t>(m.source)], plot,
-                  cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.gps_q_m2_s3));
+                  cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3));
   }
 }
 
 void CartesianAlign::release_held(State& state, GpsTrack& gps) const {
-  const int later = settings_.gps_alignment.fixes;
+  const int later = settings_.gps.alignment.fixes;
   if (gps.knot_count <= later) return;
   const Time until = gps.knots[static_cast<std::size_t>(gps.knot_count - later)].epoch;
   const auto end = std::ranges::find_if(gps.held, [until](const HeldPlot& plot) { return plot.epoch > until; });
   for (auto plot = gps.held.begin(); plot != end; ++plot) {
-    const auto reference = smoothed_at(gps, plot->epoch, settings_.gps_q_m2_s3);
+    const auto reference = smoothed_at(gps, plot->epoch, settings_.cartesian_bias.gps_q_m2_s3);
     if (reference) estimate_bias(state.radars[static_cast<std::size_t>(plot->radar)], *plot, *reference);
   }
   gps.held.erase(gps.held.begin(), end);
@@ -262,25 +265,25 @@ void CartesianAlign::estimate_bias(RadarBias& bias, const HeldPlot& plot, const 
   const bool plausible = (u.posterior.mean.cwiseAbs().array() <= bias_sigmas_max * prior_sigma.array()).all();
   if (u.verdict != Verdict::Accepted || !plausible) {
     ++bias.rejected_in_row;
-    const bool due = bias.rejected_in_row % settings_.reopen_after == 0;
-    if (due && bias.opening.open(plot.epoch, settings_.reopen_after)) forget(bias);
+    const bool due = bias.rejected_in_row % settings_.arbitration.reopen_after == 0;
+    if (due && bias.opening.open(plot.epoch, settings_.arbitration.reopen_after)) forget(bias);
     return;
   }
   bias.estimate = u.posterior;
   bias.updated = bias.samples > 0 ? std::max(bias.updated, plot.epoch) : plot.epoch;
   bias.rejected_in_row = 0;
-  bias.opening.used(settings_.reopen_after);
+  bias.opening.used(settings_.arbitration.reopen_after);
   ++bias.samples;
-  if (settings_.bias_window > 0) {
+  if (settings_.cartesian_bias.window > 0) {
     bias.window[static_cast<std::size_t>(bias.next)] = bias.estimate.mean;
-    bias.next = (bias.next + 1) % settings_.bias_window;
-    bias.windowed = std::min(bias.windowed + 1, settings_.bias_window);
+    bias.next = (bias.next + 1) % settings_.cartesian_bias.window;
+    bias.windowed = std::min(bias.windowed + 1, settings_.cartesian_bias.window);
   }
 }
 
 Mat<6, 6> CartesianAlign::bias_process_noise(const RadarBias& bias, double dt) const {
-  const double offset = settings_.bias_offset_drift_m_sqrt_s;
-  const double scale = settings_.bias_scale_drift_sqrt_s;
+  const double offset = settings_.cartesian_bias.offset_drift_m_sqrt_s;
+  const double scale = settings_.cartesian_bias.scale_drift_sqrt_s;
   Vec<6> drift;
   drift << Vec<3>::Constant(offset * offset), Vec<3>::Constant(scale * scale);
   Mat<6, 6> Q = (drift * dt).asDiagonal();
@@ -300,7 +303,7 @@ Mat<6, 6> CartesianAlign::bias_process_noise(const RadarBias& bias, double dt) c
 std::optional<TrackEstimate> CartesianAlign::gps_track(const State& state, int target, Time at) const {
   const GpsTrack& gps = state.gps[static_cast<std::size_t>(target)];
   if (!gps.reference.confirmed || !correct_) return std::nullopt;
-  return estimate_at(gps.state, gps.epoch, at, settings_.gps_q_m2_s3);
+  return estimate_at(gps.state, gps.epoch, at, settings_.cartesian_bias.gps_q_m2_s3);
 }
 
 BiasEstimate CartesianAlign::bias(const State& state, int radar) const {
@@ -314,15 +317,15 @@ BiasEstimate CartesianAlign::bias(const State& state, int radar) const {
   b.value.head<6>() = bias.estimate.mean;
   b.cov.topLeftCorner<6, 6>() = bias.estimate.cov;
   Vec<BiasEstimate::max_terms> prior = Vec<BiasEstimate::max_terms>::Zero();
-  prior.head<3>().setConstant(settings_.bias_offset_prior_m);
-  prior.segment<3>(3).setConstant(settings_.bias_scale_prior);
+  prior.head<3>().setConstant(settings_.cartesian_bias.offset_prior_m);
+  prior.segment<3>(3).setConstant(settings_.cartesian_bias.scale_prior);
   for (int i = 0; i < 6; ++i) b.term[static_cast<std::size_t>(i)] = static_cast<BiasTerm>(i);
   // A plot that waits for fixes has not lost its reference.
   const auto refers = [&](const GpsTrack& gps) {
-    return gps.reference.confirmed && bias.epoch - gps.epoch <= settings_.gps_max_age;
+    return gps.reference.confirmed && bias.epoch - gps.epoch <= settings_.gps.max_age;
   };
-  const bool referenced = settings_.gps_alignment.smooth ? std::ranges::any_of(state.gps, refers)
-                                                         : bias.epoch - bias.updated <= settings_.gps_max_age;
+  const bool referenced = settings_.gps.alignment.smooth ? std::ranges::any_of(state.gps, refers)
+                                                         : bias.epoch - bias.updated <= settings_.gps.max_age;
   const bool frozen = bias.samples > 0 && !referenced;
   b.state = bias_states(b, prior, frozen);
   return b;

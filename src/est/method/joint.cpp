@@ -12,13 +12,13 @@ namespace downrange {
 Joint::Joint(MethodSettings settings)
     : settings_(std::move(settings)),
       arbitration_(settings_),
-      models_(model_set(settings_)),
-      manoeuvring_(constant_acceleration(settings_)),
+      models_(model_set(settings_.motion)),
+      manoeuvring_(constant_acceleration(settings_.motion)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
-      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_at)),
-      gate2_(chi2_quantile(settings_.gate_probability, 2)),
-      gate3_(chi2_quantile(settings_.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_at)),
+      gate2_(chi2_quantile(settings_.arbitration.gate_probability, 2)),
+      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
   if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
       first_radar_at + layout_without_gps_.size > max_states)
     throw std::invalid_argument("method joint takes at most " + std::to_string(max_radars) + " radars");
@@ -45,7 +45,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
   t.bank.probability = models_.initial_probability;
   const BiasLayout& blocks = layout(t);
   const Eigen::Index n = first_radar_at + blocks.size;
-  if (settings_.kinematics == Kinematics::Vdie) t.manoeuvre = Manoeuvre(static_cast<int>(n));
+  if (settings_.motion.kinematics == Kinematics::Vdie) t.manoeuvre = Manoeuvre(static_cast<int>(n));
   // What another target has found by GPS is this one's prior.
   const Target* teacher = nullptr;
   for (const Target& other : s.targets) {
@@ -69,7 +69,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
 void Joint::set_motion(Target& t, const Gaussian<9>& motion) const {
   t.manoeuvre.clear();
   downrange::set_motion(t.bank, models_, motion_at, motion);
-  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  const double variance = settings_.gps.error.enabled ? std::pow(settings_.gps.error.sigma_m, 2) : 0;
   for (int i = 0; i < t.bank.count; ++i)
     reset_block(t.bank.mode[static_cast<std::size_t>(i)], gps_error_at, Vec<3>::Zero(),
                 variance * Mat<3, 3>::Identity());
@@ -111,12 +111,12 @@ void Joint::predict(Target& t, Time to) const {
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     predict_motion(h, motion_at, models(t).model[static_cast<std::size_t>(i)], dt);
-    if (settings_.gps_error.enabled)
-      predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+    if (settings_.gps.error.enabled)
+      predict_gauss_markov(h, gps_error_at, 3, settings_.gps.error.sigma_m, settings_.gps.error.tau_s, dt);
     predict_bias(h, layout(t), dt);
   }
-  if (settings_.kinematics == Kinematics::Vdie)
-    t.manoeuvre.predict(motion_at, dt, settings_.gps_error.enabled ? std::exp(-dt / settings_.gps_error.tau_s) : 1);
+  if (settings_.motion.kinematics == Kinematics::Vdie)
+    t.manoeuvre.predict(motion_at, dt, settings_.gps.error.enabled ? std::exp(-dt / settings_.gps.error.tau_s) : 1);
 }
 
 void Joint::advance(Target& t, Time to) const {
@@ -130,7 +130,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   Outcome outcome;
   if (!t.started) {
     if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
-    start_by(s, m, !gps && settings_.no_gps.enabled);
+    start_by(s, m, !gps && settings_.gps.no_gps.enabled);
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     advance(t, m.epoch);
@@ -151,7 +151,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   radar.epoch = m.epoch;
   ++radar.samples;
   const auto& fix = t.life.receiver.accepted;
-  if (fix && m.epoch - fix->epoch <= settings_.gps_max_age) {
+  if (fix && m.epoch - fix->epoch <= settings_.gps.max_age) {
     radar.referenced = true;
     radar.updated = m.epoch;
   }
@@ -218,7 +218,7 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, dou
   for (int i = 0; i < t.bank.count; ++i)
     apply_evidence<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
   reweigh(t.bank, log_likelihoods);
-  if (settings_.kinematics == Kinematics::Vdie) {
+  if (settings_.motion.kinematics == Kinematics::Vdie) {
     t.manoeuvre.update<M>(jacobian[0], evidence[0]);
     t.manoeuvre.decide(t.bank.mode[0], motion_at, t.epoch);
   }
@@ -241,7 +241,7 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
       return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, m));
     });
   };
-  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 
@@ -309,7 +309,7 @@ BiasEstimate Joint::bias(const State& state, int radar) const {
   b.epoch = known.epoch;
   b.samples = known.samples;
   b.reference = known.referenced ? BiasReference::Gps : BiasReference::None;
-  const bool frozen = known.referenced && known.epoch - known.updated > settings_.gps_max_age;
+  const bool frozen = known.referenced && known.epoch - known.updated > settings_.gps.max_age;
   if (!known.referenced && known.samples > 0 && others_contribute(best->radars, r)) {
     b.reference = BiasReference::CrossRadar;
   }

@@ -39,7 +39,7 @@ constexpr NamedMethod own_methods[] = {
      {.kinematics = of({Kinematics::Cv, Kinematics::Ca, Kinematics::Launch}), .smoothed_gps = true}},
     {"ts",
      [](const MethodSettings& s) {
-       return s.stations > 0 && s.gps_error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
+       return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      },
      {.angles_only = true}},
     {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }, {.smoothed_gps = true}},

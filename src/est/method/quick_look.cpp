@@ -75,14 +75,14 @@ std::optional<TrackEstimate> RadarTracker::estimate(const State& state, std::opt
 }
 
 QuickLook::QuickLook(MethodSettings settings) : settings_(std::move(settings)) {
-  const AlphaBetaSettings tracker{.sigma_acceleration = settings_.alpha_beta_acceleration_m_s2,
-                                  .initial_sigma_velocity = settings_.initial_sigma_velocity_m_s,
-                                  .gate = chi2_quantile(settings_.gate_probability, 3)};
+  const AlphaBetaSettings tracker{.sigma_acceleration = settings_.quick_look.acceleration_m_s2,
+                                  .initial_sigma_velocity = settings_.start.sigma_velocity_m_s,
+                                  .gate = chi2_quantile(settings_.arbitration.gate_probability, 3)};
   tracks_.reserve(static_cast<std::size_t>(settings_.targets) * settings_.radars.size());
   for (int target = 0; target < settings_.targets; ++target) {
     for (const RadarModel& radar : settings_.radars)
-      tracks_.emplace_back(RadarTracker(radar, tracker, settings_.restart_after), RadarTracker::State{},
-                           settings_.history);
+      tracks_.emplace_back(RadarTracker(radar, tracker, settings_.arbitration.restart_after), RadarTracker::State{},
+                           settings_.arbitration.history);
   }
   accounts_.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
 }

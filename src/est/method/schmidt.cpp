@@ -16,14 +16,14 @@ namespace downrange {
 Schmidt::Schmidt(MethodSettings settings)
     : settings_(std::move(settings)),
       arbitration_(settings_),
-      models_(model_set(settings_)),
-      gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false}),
-      knots_(settings_.gps_alignment.smooth ? settings_.gps_alignment.fixes + 1 : 0),
+      models_(model_set(settings_.motion)),
+      gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.motion.q_ca_m2_s5, .gravity_aware = false}),
+      knots_(settings_.gps.alignment.smooth ? settings_.gps.alignment.fixes + 1 : 0),
       first_radar_(knots_at + 9 * knots_),
       layout_(bias_layout(settings_.radars, first_radar_)),
-      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.no_gps, first_radar_)),
-      gate3_(chi2_quantile(settings_.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+      layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_)),
+      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
   assert(knots_ <= max_knots);
   if (settings_.radars.size() > max_radars || first_radar_ + layout_.size > max_states ||
       first_radar_ + layout_without_gps_.size > max_states)
@@ -102,7 +102,7 @@ void Schmidt::start_gps(Target& t, const Measurement& m) const {
   t.gps_epoch = m.epoch;
   forget_knots(t);
   const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
-  const double variance = settings_.gps_error.enabled ? std::pow(settings_.gps_error.sigma_m, 2) : 0;
+  const double variance = settings_.gps.error.enabled ? std::pow(settings_.gps.error.sigma_m, 2) : 0;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     reset_block(h, gps_at, motion.mean, motion.cov);
@@ -116,11 +116,11 @@ void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const 
   if (learnt) {
     radar.updated = epoch;
     radar.rejected_in_row = 0;
-    radar.opening.used(settings_.reopen_after);
+    radar.opening.used(settings_.arbitration.reopen_after);
     ++radar.samples;
-  } else if (++radar.rejected_in_row >= settings_.reopen_after) {
+  } else if (++radar.rejected_in_row >= settings_.arbitration.reopen_after) {
     radar.rejected_in_row = 0;
-    if (!radar.opening.open(epoch, settings_.reopen_after)) return;
+    if (!radar.opening.open(epoch, settings_.arbitration.reopen_after)) return;
     for (int i = 0; i < t.bank.count; ++i)
       reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
   }
@@ -153,8 +153,8 @@ void Schmidt::predict(Target& t, Time to) const {
         }
       }
     }
-    if (settings_.gps_error.enabled && t.gps.started)
-      predict_gauss_markov(h, gps_error_at, 3, settings_.gps_error.sigma_m, settings_.gps_error.tau_s, dt);
+    if (settings_.gps.error.enabled && t.gps.started)
+      predict_gauss_markov(h, gps_error_at, 3, settings_.gps.error.sigma_m, settings_.gps.error.tau_s, dt);
     predict_bias(h, layout(t), dt);
   }
 }
@@ -165,12 +165,12 @@ void Schmidt::advance(Target& t, Time to) const {
 }
 
 bool Schmidt::has_reference(const Target& t, Time at) const {
-  return t.gps.confirmed && at - t.gps_epoch <= settings_.gps_max_age;
+  return t.gps.confirmed && at - t.gps_epoch <= settings_.gps.max_age;
 }
 
 Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  if (!t.has_state) size_state(t, m.epoch, settings_.no_gps.enabled);
+  if (!t.has_state) size_state(t, m.epoch, settings_.gps.no_gps.enabled);
   advance(t, m.epoch);
   const bool gps = m.kind == Measurement::Kind::Gps;
   const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
@@ -208,7 +208,7 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
                 .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
   if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   const auto follow = [&] {
-    const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+    const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
     return with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
   };
   return follow_receiver(
@@ -338,7 +338,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     note_learnt(t, m.source, m.epoch, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
-  if (agrees && !follows && m.epoch - t.data_epoch >= settings_.restart_after) {
+  if (agrees && !follows && m.epoch - t.data_epoch >= settings_.arbitration.restart_after) {
     start_fused_by(t, m);  // GPS tells that it is the track which is lost
     return {};
   }
@@ -396,7 +396,7 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   }
   // A plot that waits for fixes has not lost its reference.
   const bool referenced =
-      knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps_max_age;
+      knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps.max_age;
   const bool frozen = !best->without_gps && known.samples > 0 && !referenced;
   b.state = bias_states(b, block.prior_sigma(), frozen);
   return b;

@@ -13,7 +13,8 @@ double seconds_between(Time later, Time earlier) { return (later - earlier).seco
 
 Song2015::Song2015(MethodSettings settings, bool correct)
     : align_(std::move(settings), correct),
-      gate3_(correct ? chi2_quantile(align_.settings().gate_probability, 3) : std::numeric_limits<double>::infinity()) {
+      gate3_(correct ? chi2_quantile(align_.settings().arbitration.gate_probability, 3)
+                     : std::numeric_limits<double>::infinity()) {
   assert(align_.settings().radars.size() <= BatchTrack::max_radars);
 }
 
@@ -66,7 +67,8 @@ Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
 Outcome Song2015::judge(const BatchTrack& track, SourceAccount& account, const Measurement& m, const TimedPosition& z,
                         bool refused) const {
   if (!track.started) return {.verdict = refused ? Verdict::Gated : Verdict::Accepted, .nis = 0, .dof = 0};
-  const Gaussian<6> predicted = cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings().q_m2_s3);
+  const Gaussian<6> predicted =
+      cv::predict(track.current, seconds_between(m.epoch, track.epoch), settings().cartesian_fusion.q_m2_s3);
   const Vec<3> nu = z.z - predicted.mean.head<3>();
   const Mat<3, 3> S = predicted.cov.topLeftCorner<3, 3>() + z.R;
   const double nis = normalised_square<3>(nu, S);
@@ -79,14 +81,14 @@ void Song2015::start_track(BatchTrack& track, const Measurement& m, const TimedP
   track = BatchTrack{};
   track.started = true;
   track.base_epoch = track.epoch = m.epoch;
-  track.base = started_from(z, settings().initial_sigma_velocity_m_s);
+  track.base = started_from(z, settings().start.sigma_velocity_m_s);
   track.current = track.base;
 }
 
 void Song2015::fuse_into(BatchTrack& track, const Measurement& m, const TimedPosition& z) const {
   // A batch ends at the first grid instant at or after its first plot, or when it is full.
   if (track.pending_count > 0) {
-    const Time batch_end = ceil_to_grid(track.pending_epoch[0], settings().batch);
+    const Time batch_end = ceil_to_grid(track.pending_epoch[0], settings().cartesian_fusion.batch);
     if (m.epoch > batch_end || track.pending_count == max_batch) {
       track.base = track.current;
       track.base_epoch = track.epoch;
@@ -99,13 +101,14 @@ void Song2015::fuse_into(BatchTrack& track, const Measurement& m, const TimedPos
   track.epoch = m.epoch;
   for (std::size_t i = 0; i <= slot; ++i) track.pending[i].age_s = seconds_between(m.epoch, track.pending_epoch[i]);
   track.current = fuse_asynchronous(track.base, seconds_between(m.epoch, track.base_epoch),
-                                    {track.pending.data(), slot + 1}, settings().q_m2_s3);
+                                    {track.pending.data(), slot + 1}, settings().cartesian_fusion.q_m2_s3);
 }
 
 std::optional<TrackEstimate> Song2015::fused(const State& state, int target, std::optional<Time> at) const {
   const BatchTrack& track = state.fused[static_cast<std::size_t>(target)];
   if (!track.started) return std::nullopt;
-  TrackEstimate e = estimate_at(track.current, track.epoch, at.value_or(track.epoch), settings().q_m2_s3);
+  TrackEstimate e =
+      estimate_at(track.current, track.epoch, at.value_or(track.epoch), settings().cartesian_fusion.q_m2_s3);
   e.sources = Arbitration::recent_radars(state.align.lives[static_cast<std::size_t>(target)], track.epoch);
   e.nis = track.nis;
   e.nis_dof = 3;

@@ -7,13 +7,13 @@ namespace downrange {
 
 Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const Vec<bias_term_count>& bias) {
   Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
-  double velocity_sigma = settings.initial_sigma_velocity_m_s;
+  double velocity_sigma = settings.start.sigma_velocity_m_s;
   if (m.kind == Measurement::Kind::Gps) {
     motion.mean.head<3>() = m.position.m;
     const double sigma = std::max(m.sigma_horizontal_m, m.sigma_vertical_m);
-    const double slow = settings.gps_error.enabled ? settings.gps_error.sigma_m : 0;
+    const double slow = settings.gps.error.enabled ? settings.gps.error.sigma_m : 0;
     motion.cov.diagonal().head<3>().setConstant(sigma * sigma + slow * slow);
-    if (m.velocity_valid && settings.gps_use_velocity) {
+    if (m.velocity_valid && settings.gps_use.velocity) {
       motion.mean.segment<3>(3) = m.velocity.m_s;
       velocity_sigma = m.sigma_velocity_m_s;
     }
@@ -28,7 +28,7 @@ Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, c
     motion.cov.topLeftCorner<3, 3>() = R_ecef_enu * converted.R * R_ecef_enu.transpose();
   }
   motion.cov.diagonal().segment<3>(3).setConstant(velocity_sigma * velocity_sigma);
-  motion.cov.diagonal().tail<3>().setConstant(std::pow(settings.initial_sigma_acceleration_m_s2, 2));
+  motion.cov.diagonal().tail<3>().setConstant(std::pow(settings.start.sigma_acceleration_m_s2, 2));
   return motion;
 }
 

@@ -42,12 +42,12 @@ bool BiasOpening::open(Time now, int reopen_after) {
 
 Arbitration::Arbitration(const MethodSettings& settings)
     : radars_(settings.radars),
-      restart_after_(settings.restart_after),
-      reopen_after_(settings.reopen_after),
-      gps_max_age_(settings.gps_max_age),
-      gps_use_velocity_(settings.gps_use_velocity),
-      gps_error_variance_(settings.gps_error.enabled ? std::pow(settings.gps_error.sigma_m, 2) : 0),
-      gate_probability_(settings.gate_probability) {}
+      restart_after_(settings.arbitration.restart_after),
+      reopen_after_(settings.arbitration.reopen_after),
+      gps_max_age_(settings.gps.max_age),
+      gps_use_velocity_(settings.gps_use.velocity),
+      gps_error_variance_(settings.gps.error.enabled ? std::pow(settings.gps.error.sigma_m, 2) : 0),
+      gate_probability_(settings.arbitration.gate_probability) {}
 
 TargetLife Arbitration::unborn() const {
   TargetLife life;

@@ -11,7 +11,7 @@ template <class Rule>
 TrackLevel<Rule>::TrackLevel(MethodSettings settings)
     : align_(std::move(settings), true),
       tracks_(static_cast<int>(std::ranges::count_if(align_.settings().radars, &RadarModel::measures_range))),
-      gate3_(chi2_quantile(align_.settings().gate_probability, 3)) {
+      gate3_(chi2_quantile(align_.settings().arbitration.gate_probability, 3)) {
   if (tracks_ > max_fused_tracks) {
     throw std::invalid_argument("track-level fusion takes at most " + std::to_string(max_fused_tracks) +
                                 " radars, found " + std::to_string(tracks_));
@@ -64,7 +64,7 @@ Outcome TrackLevel<Rule>::apply_plot(State& state, const Measurement& m) const {
   const TimedPosition z = align_.compensated(state.align, m);
   const bool refused = align_.is_refused(state.align, m);
   const auto start_by_plot = [&] {
-    start_target(t, m.epoch, started_from(z, settings().initial_sigma_velocity_m_s));
+    start_target(t, m.epoch, started_from(z, settings().start.sigma_velocity_m_s));
     t.contributed[radar] = m.epoch;
   };
   Outcome outcome{.verdict = refused ? Verdict::Gated : Verdict::Accepted, .nis = 0, .dof = 0};
@@ -109,11 +109,11 @@ template <class Rule>
 void TrackLevel<Rule>::advance(Target& t, Time to) const {
   const auto predict = [&](Time then) {
     if (then == t.epoch) return;
-    t.rule.predict((then - t.epoch).seconds(), settings().q_m2_s3);
+    t.rule.predict((then - t.epoch).seconds(), settings().cartesian_fusion.q_m2_s3);
     t.epoch = then;
   };
   if constexpr (requires { t.rule.end_batch(); }) {
-    const Time batch_end = ceil_to_grid(t.epoch, settings().batch);
+    const Time batch_end = ceil_to_grid(t.epoch, settings().cartesian_fusion.batch);
     if (to > batch_end) {
       predict(batch_end);
       t.rule.end_batch();
@@ -126,7 +126,7 @@ template <class Rule>
 std::optional<TrackEstimate> TrackLevel<Rule>::fused(const State& state, int target, std::optional<Time> at) const {
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.started) return std::nullopt;
-  TrackEstimate e = estimate_at(t.fused, t.data_epoch, at.value_or(t.data_epoch), settings().q_m2_s3);
+  TrackEstimate e = estimate_at(t.fused, t.data_epoch, at.value_or(t.data_epoch), settings().cartesian_fusion.q_m2_s3);
   e.sources = recent_sources(t.contributed, t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = 3;

@@ -23,8 +23,8 @@ Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
 BiasLayout layout_of(const MethodSettings& settings) {
   std::vector<RadarModel> radars = settings.radars;
   for (RadarModel& radar : radars) radar.wander = {};
-  if (settings.no_gps.enabled) {
-    const BiasLayout tight = bias_layout_without_gps(radars, settings.no_gps, 0);
+  if (settings.gps.no_gps.enabled) {
+    const BiasLayout tight = bias_layout_without_gps(radars, settings.gps.no_gps, 0);
     for (std::size_t i = 0; i < radars.size(); ++i) radars[i].bias = tight.radars[i].model;
   }
   return bias_layout(radars, 0);
@@ -42,7 +42,7 @@ template <int N>
 Ts<N>::Ts(MethodSettings settings)
     : settings_(std::move(settings)),
       arbitration_(settings_),
-      motion_{.noise = MotionModel::Noise::WhiteJerk, .q = settings_.q_ca_m2_s5, .gravity_aware = false},
+      motion_{.noise = MotionModel::Noise::WhiteJerk, .q = settings_.motion.q_ca_m2_s5, .gravity_aware = false},
       layout_(layout_of(settings_)),
       drifts_(std::ranges::any_of(layout_.radars,
                                   [](const RadarBlock& block) {
@@ -51,9 +51,9 @@ Ts<N>::Ts(MethodSettings settings)
                                     });
                                   })),
       step_(layout_.size),
-      gate2_(chi2_quantile(settings_.gate_probability, 2)),
-      gate3_(chi2_quantile(settings_.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.gate_probability, 6)) {
+      gate2_(chi2_quantile(settings_.arbitration.gate_probability, 2)),
+      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
+      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
   if (settings_.radars.size() > max_radars)
     throw std::invalid_argument("method ts takes at most " + std::to_string(max_radars) + " radars");
 }
@@ -86,7 +86,7 @@ void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.track.estimate.mean.template head<9>() = motion.mean;
   t.track.estimate.cov.setZero();
   t.track.estimate.cov.template topLeftCorner<9, 9>() = motion.cov;
-  t.track.estimate.cov.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps_error.sigma_m, 2));
+  t.track.estimate.cov.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps.error.sigma_m, 2));
   t.track.V.setZero();
 }
 
@@ -136,14 +136,14 @@ void Ts<N>::predict(Target& t, Time to) const {
   const double dt = (to - t.epoch).seconds();
   t.epoch = to;
   if (dt <= 0) return;
-  const double phi = N == 12 ? std::exp(-dt / settings_.gps_error.tau_s) : 1;
+  const double phi = N == 12 ? std::exp(-dt / settings_.gps.error.tau_s) : 1;
   const Mat<3, 3> of_motion = process_noise(motion_, dt);
   Mat<N, N> Q = Mat<N, N>::Zero();
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
       Q.template block<3, 3>(3 * row, 3 * column).diagonal().setConstant(of_motion(row, column));
   }
-  Q.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps_error.sigma_m, 2) * (1 - phi * phi));
+  Q.diagonal().template tail<N - 9>().setConstant(std::pow(settings_.gps.error.sigma_m, 2) * (1 - phi * phi));
   const auto transition = [dt, phi](auto& X) {
     X.template topRows<3>() += dt * X.template middleRows<3>(3) + dt * dt / 2 * X.template middleRows<3>(6);
     X.template middleRows<3>(3) += dt * X.template middleRows<3>(6);
@@ -200,7 +200,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
   radar.epoch = m.epoch;
   ++radar.samples;
   const auto& fix = t.life.receiver.accepted;
-  if (fix && m.epoch - fix->epoch <= settings_.gps_max_age) radar.referenced = true;
+  if (fix && m.epoch - fix->epoch <= settings_.gps.max_age) radar.referenced = true;
   return outcome;
 }
 
@@ -216,7 +216,7 @@ Outcome Ts<N>::arbitrate(State& s, const Measurement& m, const Outcome& rejected
       return {};
     case Remedy::OpenBias:
       // All targets share it: one that is refused here and used there follows something else here.
-      if (s.accounts[static_cast<std::size_t>(m.source)].rejected_in_row + 1 >= settings_.reopen_after)
+      if (s.accounts[static_cast<std::size_t>(m.source)].rejected_in_row + 1 >= settings_.arbitration.reopen_after)
         loosen_priors(s, std::uint64_t{1} << m.source, 1);
       break;
     case Remedy::Unite:
@@ -267,7 +267,7 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
     }
     return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(m), gate));
   };
-  const bool with_velocity = m.velocity_valid && settings_.gps_use_velocity;
+  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 

@@ -49,30 +49,31 @@ struct ArbitrationSettings {
 
 /// A target that nothing is known of: 1-sigma per axis.
 struct StartSettings {
-  double initial_sigma_velocity_m_s = 3000;
-  double initial_sigma_acceleration_m_s2 = 20;
+  double sigma_velocity_m_s = 3000;
+  double sigma_acceleration_m_s2 = 20;
 };
 
+/// What of a GPS fix is used.
 struct GpsUseSettings {
-  bool gps_use_velocity = true;  ///< where a fix has it
+  bool velocity = true;  ///< where a fix has it
 };
 
-/// How GPS is used.
+/// GPS as the reference of the biases.
 struct GpsSettings {
-  Duration gps_max_age = milliseconds(3000);  ///< older GPS: biases are kept, not updated
-  GpsErrorModel gps_error;                    ///< of joint, schmidt and ts
-  GpsAlignment gps_alignment;                 ///< of schmidt, song2015 and the track-level rules
-  NoGpsRegime no_gps;                         ///< of joint, schmidt and ts
+  Duration max_age = milliseconds(3000);  ///< older GPS: biases are kept, not updated
+  GpsErrorModel error;                    ///< of joint, schmidt and ts
+  GpsAlignment alignment;                 ///< of schmidt, song2015 and the track-level rules
+  NoGpsRegime no_gps;                     ///< of joint, schmidt and ts
 };
 
 /// Of song2015, the track-level rules and uncorrected: biases in Cartesian axes.
 struct CartesianBiasSettings {
-  double gps_q_m2_s3 = 1000;                ///< white acceleration PSD of the GPS track
-  double bias_offset_prior_m = 100;         ///< 1-sigma per SEZ axis
-  double bias_scale_prior = 3e-4;           ///< likewise
-  int bias_window = 20;                     ///< samples of the paper's windowed process noise; 0: none, drift only
-  double bias_offset_drift_m_sqrt_s = 0.3;  ///< random walk of the offsets, m/sqrt(s)
-  double bias_scale_drift_sqrt_s = 1e-6;    ///< random walk of the scales, 1/sqrt(s)
+  double gps_q_m2_s3 = 1000;           ///< white acceleration PSD of the GPS track
+  double offset_prior_m = 100;         ///< 1-sigma per SEZ axis
+  double scale_prior = 3e-4;           ///< likewise
+  int window = 20;                     ///< samples of the paper's windowed process noise; 0: none, drift only
+  double offset_drift_m_sqrt_s = 0.3;  ///< random walk of the offsets, m/sqrt(s)
+  double scale_drift_sqrt_s = 1e-6;    ///< random walk of the scales, 1/sqrt(s)
 };
 
 /// Of the same methods: fusion of the compensated plots.
@@ -83,19 +84,20 @@ struct CartesianFusionSettings {
 
 /// Of alpha-beta.
 struct QuickLookSettings {
-  double alpha_beta_acceleration_m_s2 = 100;  ///< 1-sigma per axis, constant between two plots of a radar
+  double acceleration_m_s2 = 100;  ///< 1-sigma per axis, constant between two plots of a radar
 };
 
-/// All that the methods are told: the configuration holds the same parts (stage/range_config.hpp), which are where
-/// their defaults stand.
-struct MethodSettings : ArbitrationSettings,
-                        StartSettings,
-                        KinematicsSettings,
-                        GpsUseSettings,
-                        GpsSettings,
-                        CartesianBiasSettings,
-                        CartesianFusionSettings,
-                        QuickLookSettings {
+/// All that the methods are told. The parts are those of the configuration (stage/range_config.hpp): where a default is
+/// written here, it is written nowhere else.
+struct MethodSettings {
+  ArbitrationSettings arbitration;
+  StartSettings start;
+  KinematicsSettings motion;
+  GpsUseSettings gps_use;
+  GpsSettings gps;
+  CartesianBiasSettings cartesian_bias;
+  CartesianFusionSettings cartesian_fusion;
+  QuickLookSettings quick_look;
   std::vector<RadarModel> radars;  ///< angles-only trackers behind the radars
   int stations = 0;
   int targets = 1;
@@ -111,7 +113,7 @@ class Method {
   /// measurement: position, velocity, acceleration, ECEF. Before the first measurement is processed.
   virtual void start(int target, Time epoch, const Gaussian<9>& estimate) = 0;
 
-  /// `now` is the engine's time: history older than now - settings.history is forgotten. m.epoch >= now - history.
+  /// `now` is the engine's time: what is older than now - arbitration.history is forgotten, and m.epoch is not.
   virtual Outcome process(const Measurement& m, Time now) = 0;
 
   /// The fused track predicted to `at`; at its newest measurement's epoch when `at` is not given. None: no track.

@@ -15,7 +15,7 @@ namespace downrange {
 template <class Core>
 class RewoundMethod final : public Method {
  public:
-  explicit RewoundMethod(const Core& core) : rewinder_(core, core.initial(), core.settings().history) {}
+  explicit RewoundMethod(const Core& core) : rewinder_(core, core.initial(), core.settings().arbitration.history) {}
 
   void start(int target, Time epoch, const Gaussian<9>& estimate) override { rewinder_.start(target, epoch, estimate); }
   Outcome process(const Measurement& m, Time now) override { return rewinder_.process(m, now); }
