@@ -131,29 +131,15 @@ expect 1 "written twice" "$downrange" simulate "$naro" --scenario "$work/short.t
   --archive "$work/new.mcap" --truth "$work/new.mcap"
 expect 1 "is read as well" "$downrange" report "$work/out.mcap" --truth "$work/truth.mcap" --json "$work/out.mcap" --force
 expect 1 "$written_over" "$downrange" watch "$naro" --record "$work/good.mcap"
-cat > "$work/mapping.toml" << 'MAPPING'
-mission = "m"
-target = "t"
-liftoff = 0
-[[file]]
-path = "gps.csv"
-kind = "gps"
-station = "s"
-latency_s = 0.0
-[file.columns]
-time = {field = "epoch", unit = "s", since = "liftoff"}
-x = {field = "x", unit = "m"}
-y = {field = "y", unit = "m"}
-z = {field = "z", unit = "m"}
-MAPPING
-printf 'time,x,y,z\n0,6378137,0,0\n' > "$work/gps.csv"
+cp "$source/tests/support/gps.map.toml" "$work/mapping.toml"
+printf 't,lat,lon,h\n0,34.4319,127.5351,100\n' > "$work/gps.csv"
 expect 0 "wrap_s" "$downrange" import --keys
 expect 2 "MAPPING" "$downrange" import
 expect 2 "--out" "$downrange" import "$work/mapping.toml"
-printf 'time,x,y,z\n0,?,0,0\n' > "$work/none.csv"
+printf 't,lat,lon,h\n0,?,0,0\n' > "$work/none.csv"
 sed 's/gps.csv/none.csv/' "$work/mapping.toml" > "$work/none.toml"
 expect 1 "none of its 1 rows can be imported" "$downrange" import "$work/none.toml" --out "$work/none.mcap"
-expect 1 "line 2: x: '?' is no value (columns: time, x, y, z)" "$downrange" import "$work/none.toml" --out "$work/none.mcap"
+expect 1 "line 2: lat: '?' is no value (columns: t, lat, lon, h)" "$downrange" import "$work/none.toml" --out "$work/none.mcap"
 expect 1 "$written_over" "$downrange" import "$work/mapping.toml" --out "$work/good.mcap"
 expect 1 "is read as well" "$downrange" import "$work/mapping.toml" --out "$work/gps.csv" --force
 expect 0 "1 of 1 rows" "$downrange" import "$work/mapping.toml" --out "$work/imported.mcap"

@@ -92,24 +92,10 @@ says 'no radar and no angle sensor is configured'
 says '^dish +fused'
 
 # One fix.
-cat > "$work/one.map.toml" << 'MAPPING'
-mission = "one"
-target = "kslv"
-liftoff = 2026-03-01T08:00:00Z
-[[file]]
-path = "one.csv"
-kind = "gps"
-station = "goheung-tgs"
-latency_s = 0.1
-[file.columns]
-t = {field = "epoch", unit = "s", since = "liftoff"}
-lat = {field = "latitude", unit = "deg"}
-lon = {field = "longitude", unit = "deg"}
-h = {field = "height", unit = "m"}
-MAPPING
-printf 't,lat,lon,h\n5,34.4319,127.5351,400\n' > "$work/one.csv"
+cp "$source/tests/support/gps.map.toml" "$work"
+printf 't,lat,lon,h\n5,34.4319,127.5351,400\n' > "$work/gps.csv"
 sed -e 's/expect_simulated = true/expect_simulated = false/' "$work/gps_only.toml" > "$work/one.toml"
-run "$downrange" import "$work/one.map.toml" --out "$work/one.mcap"
+run "$downrange" import "$work/gps.map.toml" --out "$work/one.mcap"
 run "$downrange" replay "$work/one.mcap" --config "$work/one.toml" --out "$work/one_flown.mcap"
 report "$work/one_flown.mcap"
 says 'Nothing to judge in flight'

@@ -7,23 +7,17 @@
 #include <fstream>
 #include <numbers>
 #include <random>
-#include <source_dir.hpp>
 #include <sstream>
 
 #include "config/calibration.hpp"
-#include "config/load.hpp"
+#include "config_testing.hpp"
 
 namespace downrange::config {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180;
-const std::filesystem::path naro = std::filesystem::path(DOWNRANGE_SOURCE_DIR) / "config/naro.toml";
+using namespace test;
 
-std::string read(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
+constexpr double deg = std::numbers::pi / 180;
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
