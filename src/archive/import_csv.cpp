@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/import/file_import.hpp>
 #include <archive/import_csv.hpp>
+#include <archive/new_archive.hpp>
 
 namespace downrange::archive {
 namespace {
@@ -29,7 +30,8 @@ bool received_before(const Event& a, const Event& b) {
 
 void write_archive(const Imported& imported, const ImportMapping& mapping, const std::filesystem::path& archive,
                    const ImportOptions& options, ImportReport& report) {
-  Writer writer(archive, options.writer);
+  NewArchive made(archive, options.writer);
+  Writer& writer = made.writer();
   writer.attach("import.toml", "application/toml", mapping.text, mapping.liftoff);
   for (std::size_t i = 0; i < report.files.size(); ++i) {
     const FileReport& file = report.files[i];
@@ -56,7 +58,7 @@ void write_archive(const Imported& imported, const ImportMapping& mapping, const
     }
   }
   for (; truth != imported.truths.end(); ++truth) writer.write_truth(*truth);
-  report.archive = writer.close();
+  report.archive = made.close();
   if (!report.archive.ok()) throw ArchiveError(report.archive.failure);
 }
 

@@ -82,6 +82,14 @@ expect 3 "events over" "$downrange" replay "$work/cut.mcap" --config "$naro" --s
 cp "$work/good.mcap" "$work/flipped.mcap"
 printf '\x55\xaa\x55\xaa' | dd of="$work/flipped.mcap" bs=1 seek=30000 conv=notrunc status=none
 expect 1 "flipped.mcap" "$downrange" replay "$work/flipped.mcap" --config "$naro"
+# A replay that fails leaves nothing that could be taken for a flight, and what was there before as it was.
+expect 1 "never.mcap is not written" "$downrange" replay "$work/flipped.mcap" --config "$naro" --out "$work/never.mcap"
+echo "older" > "$work/older.mcap"
+expect 1 "older.mcap is not written" \
+  "$downrange" replay "$work/flipped.mcap" --config "$naro" --out "$work/older.mcap" --force
+expect 0 "older" cat "$work/older.mcap"
+expect 1 "nothing of it is kept" bash -c "ulimit -f 16; '$downrange' replay '$work/good.mcap' --out '$work/never.mcap'"
+expect 0 "" bash -c "! ls '$work'/never.mcap* '$work'/*.part 2> /dev/null"
 # A wrong length in the middle of a file that was closed: damage, not a crash's loss.
 cp "$work/good.mcap" "$work/length.mcap"
 printf '\xff\xff\xff\x7f' | dd of="$work/length.mcap" bs=1 seek=9 conv=notrunc status=none
@@ -160,6 +168,8 @@ expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 2
 # A live node never takes simulated input: every message rejected, no track, no pointing.
 expect 1 "0 slaving commands" "$downrange" replay "$work/good.mcap" --config "$naro"
 expect 1 "measurements was accepted" "$downrange" replay "$work/good.mcap" --config "$naro"
+expect 1 "is written: of each measurement, why it was rejected" \
+  "$downrange" replay "$work/good.mcap" --config "$naro" --out "$work/rejected.mcap"
 expect 1 "ingest.expect_simulated=true" "$downrange" replay "$work/good.mcap" --config "$naro"
 
 # Files that are no files, and files that ask for more than there is.

@@ -54,11 +54,17 @@ void drive_over_dds(const config::ServiceConfig& config, const Name& driver, con
   clock.finish();
 }
 
-int close_archive(archive::Writer& writer, const std::string& path) {
-  const auto status = writer.close();
+namespace {
+
+int judge_close(const archive::WriterStatus& status, const std::string& path) {
   if (status.ok()) return exit_ok;
   std::cerr << "downrange: " << path << ": " << status.failure << '\n';
   return exit_failed;
 }
+
+}  // namespace
+
+int close_archive(archive::Writer& writer, const std::string& path) { return judge_close(writer.close(), path); }
+int close_archive(archive::NewArchive& archive, const std::string& path) { return judge_close(archive.close(), path); }
 
 }  // namespace downrange::app

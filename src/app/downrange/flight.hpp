@@ -1,8 +1,8 @@
 #pragma once
 /// A flight through the engine in this process, and through another node's over DDS.
 
+#include <archive/new_archive.hpp>
 #include <archive/replay.hpp>
-#include <archive/writer.hpp>
 #include <downrange/stage/engine.hpp>
 #include <functional>
 #include <span>
@@ -50,5 +50,6 @@ void drive_over_dds(const config::ServiceConfig& config, const Name& driver, con
 
 /// Closes and says so on failure. The exit code.
 [[nodiscard]] int close_archive(archive::Writer& writer, const std::string& path);
+[[nodiscard]] int close_archive(archive::NewArchive& archive, const std::string& path);
 
 }  // namespace downrange::app

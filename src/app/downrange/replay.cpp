@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <archive/replay.hpp>
-#include <archive/writer.hpp>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -73,7 +72,7 @@ std::string advice(Reason reason) {
 }
 
 /// Says so when there were measurements and none was accepted. The exit code.
-int judge_verdicts(const Counter& counter, const std::string& path) {
+int judge_verdicts(const Counter& counter, const Options& o) {
   const auto& verdicts = counter.verdicts;
   const std::uint64_t rejected = std::accumulate(verdicts.begin() + 1, verdicts.end(), std::uint64_t{0});
   if (rejected == 0 || verdicts[static_cast<std::size_t>(Reason::Accepted)] > 0) return exit_ok;
@@ -84,25 +83,27 @@ int judge_verdicts(const Counter& counter, const std::string& path) {
                std::string(to_string(static_cast<Reason>(i)));
   }
   const auto most = static_cast<Reason>(std::max_element(verdicts.begin() + 1, verdicts.end()) - verdicts.begin());
-  std::cerr << "downrange: " << path << ": none of its " << rejected << " measurements was accepted (" << reasons
+  std::cerr << "downrange: " << o.archive << ": none of its " << rejected << " measurements was accepted (" << reasons
             << "); " << advice(most) << '\n';
+  if (!o.out.empty()) std::cerr << "downrange: " << o.out << " is written: of each measurement, why it was rejected\n";
   return exit_failed;
 }
 
 int replay_here(const Options& o, const config::ServiceConfig& config) {
   archive::require_events(o.archive);
   archive::EventSource source(o.archive, {.sort = o.sort, .slack = config.range.tick});
-  std::optional<archive::Writer> writer;
+  std::optional<archive::NewArchive> out;
+  archive::Writer* writer = nullptr;
   std::optional<ArchiveSink> to_archive;
   Counter counter;
   std::vector<ResultSink*> sinks{&counter};
   if (!o.out.empty()) {
-    writer.emplace(o.out, archive::WriterOptions{.overwrite = o.files.overwrite(o.out)});
+    writer = &out.emplace(o.out, archive::WriterOptions{.overwrite = o.files.overwrite(o.out)}).writer();
     writer->attach("config.toml", "application/toml", config.text);
     sinks.push_back(&to_archive.emplace(*writer));
   }
   source.on_truth([&](const archive::Truth& truth) {
-    if (writer) writer->write_truth(truth);
+    if (writer != nullptr) writer->write_truth(truth);
   });
 
   Progress progress("replaying");
@@ -116,12 +117,12 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
     last = received_of(event);
     if (!first) first = last;
     pace.wait_until(last);
-    if (writer) writer->write(event);
+    if (writer != nullptr) writer->write(event);
     if (const auto* observation = std::get_if<Observation>(&event)) counter.count_verdict(*observation);
     if (++events % 256 == 0) progress.show(source.progress());
   });
-  if (writer && source.last_tick()) writer->write_last_tick(*source.last_tick());
-  const int code = writer ? close_archive(*writer, o.out) : exit_ok;
+  if (writer != nullptr && source.last_tick()) writer->write_last_tick(*source.last_tick());
+  const int code = out ? close_archive(*out, o.out) : exit_ok;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   progress.show(1);
   progress.done();
@@ -133,7 +134,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
       "observations", "bias records", "trajectory records", "slaving commands", "health records"};
   for (std::size_t i = 0; i < names.size(); ++i)
     std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
-  const int verdicts = judge_verdicts(counter, o.archive);
+  const int verdicts = judge_verdicts(counter, o);
   if (code != exit_ok) return code;
   return verdicts != exit_ok ? verdicts : end;
 }
@@ -180,16 +181,21 @@ void add_replay(CLI::App& app, Run& run) {
   o->dds.add_to(*command);
   command->footer(
       "In-process replay of a recorded flight gives the recorded bits again: compare with downrange diff.\n"
-      "Exit code 1: no event in the archive, or none of its measurements accepted.\n"
+      "Exit code 1: no event in the archive, or none of its measurements accepted. FILE of --out appears when the\n"
+      "replay is done: until then it is FILE.part, which a replay that fails removes.\n"
       "Exit code 3: the archive is cut off, and replayed up to its last complete record.");
   command->callback([o, &run] {
     run = [o] {
       o->files.check({o->out}, {o->archive, o->dds.config});
       const auto config = configuration(*o);
+      const std::string not_written = o->out.empty() ? "" : "; " + o->out + " is not written";
       try {
         return o->over_dds ? replay_over_dds(*o, config) : replay_here(*o, config);
       } catch (const archive::OrderError& error) {
-        throw archive::ArchiveError(std::string(error.what()) + "; --sort reads the whole archive and sorts it first");
+        throw archive::ArchiveError(error.what() +
+                                    ("; --sort reads the whole archive and sorts it first" + not_written));
+      } catch (const archive::ArchiveError& error) {
+        throw archive::ArchiveError(error.what() + not_written);
       }
     };
   });

@@ -1,4 +1,3 @@
-#include <archive/writer.hpp>
 #include <cstdio>
 #include <iostream>
 
@@ -29,23 +28,23 @@ std::string mission_time(Time t, Time liftoff) {
 }
 
 int write_truth(const sim::Simulation& flight, const sim::Scenario& scenario, const std::string& path, bool overwrite) {
-  archive::Writer writer(path, {.overwrite = overwrite});
+  archive::NewArchive archive(path, {.overwrite = overwrite});
   const Duration step = milliseconds(50);
   for (Time t = scenario.liftoff + seconds(scenario.start_s); t <= scenario.liftoff + seconds(scenario.end_s);
        t = t + step) {
     if (const auto state = flight.truth(t))
-      writer.write_truth(
+      archive.writer().write_truth(
           {.target = scenario.target, .epoch = t, .position = state->position, .velocity = state->velocity});
   }
-  return close_archive(writer, path);
+  return close_archive(archive, path);
 }
 
 int write_archive(const sim::Simulation& flight, const config::ServiceConfig& config, const std::string& path,
                   bool overwrite) {
-  archive::Writer writer(path, {.overwrite = overwrite});
-  writer.attach("config.toml", "application/toml", config.text);
-  for (const Event& event : flight.events()) writer.write(event);
-  return close_archive(writer, path);
+  archive::NewArchive archive(path, {.overwrite = overwrite});
+  archive.writer().attach("config.toml", "application/toml", config.text);
+  for (const Event& event : flight.events()) archive.writer().write(event);
+  return close_archive(archive, path);
 }
 
 int simulate(const Options& o) {
