@@ -108,9 +108,13 @@ void check_times(const RangeConfig& range, const Checker& check) {
   check.require(range.fuse.arbitration.history >= range.fuse.cartesian_fusion.batch, "fuse.history_s",
                 "found " + show_number(range.fuse.arbitration.history.seconds()) + ", allowed: fuse.batch_ms (" +
                     milliseconds_text(range.fuse.cartesian_fusion.batch) + " ms) or more");
-  check.require(range.slave.coast >= range.slave.stale, "slave.coast_ms",
-                "found " + milliseconds_text(range.slave.coast) + ", allowed: slave.stale_ms (" +
-                    milliseconds_text(range.slave.stale) + ") or more");
+  const auto coasts_after_stale = [&](Duration stale, Duration coast, const std::string& table) {
+    check.require(coast >= stale, table + ".coast_ms",
+                  "found " + milliseconds_text(coast) + ", allowed: " + table + ".stale_ms (" +
+                      milliseconds_text(stale) + ") or more");
+  };
+  coasts_after_stale(range.fuse.stale, range.fuse.coast, "fuse");
+  coasts_after_stale(range.slave.stale, range.slave.coast, "slave");
 }
 
 void check_capabilities(const RangeConfig& range, const std::string& method, const MethodCapabilities& takes,

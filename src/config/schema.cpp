@@ -341,6 +341,10 @@ Section align_section() {
 
 Section fuse_section() {
   using F = FuseConfig;
+  const auto launch = [](const std::string& name, double LaunchSettings::*member, Limits limits, const char* help) {
+    return number("launch_" + name, at(&F::motion, &KinematicsSettings::launch, member), limits, optional,
+                  std::string(help) + " (kinematics launch)");
+  };
   return single<F>(
       "fuse", "The trajectory.", [](ServiceConfig& c) -> F& { return c.range.fuse; },
       {
@@ -353,6 +357,19 @@ Section fuse_section() {
                  "white acceleration density of cv and vdie"),
           number("q_ca_m2_s5", at(&F::motion, &KinematicsSettings::q_ca_m2_s5), {1e-6, 1e9}, optional,
                  "white jerk density of ca"),
+          launch("q_ballistic_m2_s5", &LaunchSettings::q_ballistic_m2_s5, {1e-12, 1e9},
+                 "white jerk density of a ballistic flight"),
+          launch("ballistic_sigma_m_s2", &LaunchSettings::ballistic_sigma_m_s2, {1e-6, 100},
+                 "specific force of a ballistic flight, 1-sigma per axis"),
+          launch("q_thrust_m2_s5", &LaunchSettings::q_thrust_m2_s5, {1e-12, 1e9}, "white jerk density under thrust"),
+          launch("q_event_m2_s5", &LaunchSettings::q_event_m2_s5, {1e-12, 1e9},
+                 "white jerk density during ignition, staging and cut-off"),
+          launch("phase_s", &LaunchSettings::phase_s, {1, 1e5}, "mean duration of ballistic flight, and of thrust"),
+          launch("event_s", &LaunchSettings::event_s, {0.1, 1000}, "mean duration of ignition, staging or cut-off"),
+          launch("initial_ballistic", &LaunchSettings::initial_ballistic, {0.001, 0.49},
+                 "probability that a target is ballistic when its track starts"),
+          launch("initial_event", &LaunchSettings::initial_event, {0.001, 0.49},
+                 "probability that a target is in such an event when its track starts; else it is under thrust"),
           span("batch_ms", at(&F::cartesian_fusion, &CartesianFusionSettings::batch), {1, 10'000}, optional,
                "fusion interval of song2015 and federated on the UTC grid; a multiple of range.tick_ms"),
           number("q_m2_s3", at(&F::cartesian_fusion, &CartesianFusionSettings::q_m2_s3), {1e-6, 1e9}, optional,
@@ -371,6 +388,10 @@ Section fuse_section() {
                  optional, "acceleration 1-sigma per axis of a track's first estimate (ca, launch)"),
           flag("publish_on_data", at(&F::publish_on_data), optional,
                "true: a trajectory with each measurement; false: on the tick"),
+          span("stale_ms", at(&F::stale), {1, 600'000}, optional,
+               "with the newest measurement older than this, a trajectory is coasting"),
+          span("coast_ms", at(&F::coast), {1, 600'000}, optional,
+               "with the newest measurement older than this, there is no trajectory on the tick"),
       });
 }
 
@@ -380,7 +401,7 @@ Section slave_section() {
       "slave", "Pointing of the antennas.", [](ServiceConfig& c) -> S& { return c.range.slave; },
       {
           span("stale_ms", at(&S::stale), {1, 600'000}, optional,
-               "with the newest measurement older than this, a track is coasting"),
+               "with the newest measurement older than this, a command is made of a coasting track"),
           span("coast_ms", at(&S::coast), {1, 600'000}, optional, "coasting longer than this ends the commands"),
           number("coast_sigma_max_m", at(&S::coast_sigma_max_m), {1, 1e7}, optional,
                  "position 1-sigma above which coasting ends as well"),

@@ -204,6 +204,13 @@ void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
   if (has_acceleration) idle.add("fuse", {"q_cv_m2_s3"}, because);
   if (moves != Kinematics::Ca) idle.add("fuse", {"q_ca_m2_s5"}, because);
   if (!has_acceleration) idle.add("fuse", {"initial_sigma_acceleration_m_s2"}, because);
+  if (moves != Kinematics::Launch)
+    idle.add(
+        "fuse",
+        {"launch_q_ballistic_m2_s5", "launch_ballistic_sigma_m_s2", "launch_q_thrust_m2_s5", "launch_q_event_m2_s5",
+         "launch_phase_s", "launch_event_s", "launch_initial_ballistic", "launch_initial_event"},
+        because);
+  if (range.fuse.publish_on_data) idle.add("fuse", {"coast_ms"}, "publish_on_data is true");
 }
 
 void warn_of_times(const RangeConfig& range, const Checker& warn) {

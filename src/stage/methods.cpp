@@ -123,26 +123,23 @@ void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
     Published& last = runner.published[static_cast<std::size_t>(target)];
     if (last.epoch == estimate->epoch && last.mean == estimate->mean) continue;
     last = {.epoch = estimate->epoch, .mean = estimate->mean};
-    const bool fresh = o.received - estimate->data_epoch <= config_.slave.coast;
-    emit_trajectory(runner, *estimate, o.target, o.received, fresh ? TrackQuality::Good : TrackQuality::Coasting, sink);
+    emit_trajectory(runner, *estimate, o.target, o.received, sink);
   }
 }
 
 void Methods::emit_trajectories_at(Time tick, ResultSink& sink) const {
   for (std::size_t target = 0; target < config_.targets.size(); ++target) {
-    if (tick - newest_[target] > config_.slave.coast) continue;
+    if (tick - newest_[target] > config_.fuse.coast) continue;
     for (const Runner& runner : runners_) {
       const auto estimate = runner.method->fused(static_cast<int>(target), tick);
-      if (!estimate || tick - estimate->data_epoch > config_.slave.coast) continue;
-      const bool fresh = tick - estimate->data_epoch <= config_.slave.stale;
-      emit_trajectory(runner, *estimate, config_.targets[target].id, tick,
-                      fresh ? TrackQuality::Good : TrackQuality::Coasting, sink);
+      if (!estimate || tick - estimate->data_epoch > config_.fuse.coast) continue;
+      emit_trajectory(runner, *estimate, config_.targets[target].id, tick, sink);
     }
   }
 }
 
 void Methods::emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
-                              TrackQuality quality, ResultSink& sink) const {
+                              ResultSink& sink) const {
   const auto state = estimate.mean.head(estimate.size);
   if (!state.allFinite()) return;
   Trajectory t;
@@ -151,7 +148,7 @@ void Methods::emit_trajectory(const Runner& runner, const TrackEstimate& estimat
   t.primary = &runner == &runners_.front();
   t.epoch = estimate.epoch;
   t.received = received;
-  t.quality = quality;
+  t.quality = received - estimate.data_epoch <= config_.fuse.stale ? TrackQuality::Good : TrackQuality::Coasting;
   t.state_size = estimate.size;
   for (int i = 0; i < estimate.size; ++i) t.state[static_cast<std::size_t>(i)] = estimate.mean[i];
   pack_upper_triangle(estimate.cov, estimate.size, t.covariance);

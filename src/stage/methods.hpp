@@ -46,7 +46,7 @@ class Methods {
   };
 
   void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
-                       TrackQuality quality, ResultSink& sink) const;
+                       ResultSink& sink) const;
 
   RangeConfig config_;
   SourceTable sources_;

@@ -74,6 +74,9 @@ INSTANTIATE_TEST_SUITE_P(
         Cancelled{"[fuse]\nkinematics = \"launch\"\nq_ca_m2_s5 = 5\n", "fuse.q_ca_m2_s5: has no effect"},
         Cancelled{"[fuse]\nkinematics = \"cv\"\ninitial_sigma_acceleration_m_s2 = 5\n",
                   "fuse.initial_sigma_acceleration_m_s2: has no effect"},
+        Cancelled{"[fuse]\nkinematics = \"ca\"\nlaunch_event_s = 5\n", "fuse.launch_event_s: has no effect"},
+        Cancelled{"[fuse]\npublish_on_data = true\ncoast_ms = 9000\n",
+                  "fuse.coast_ms: has no effect: publish_on_data is true"},
         Cancelled{"[slave]\nvalidity_ms = 20\n", "slave.validity_ms: found 20, expected: range.tick_ms (25) or more"}));
 
 TEST_P(CancelledKeys, AreNamed) {

@@ -188,6 +188,37 @@ TEST(Hypothesis, AMeasurementOfNegativeVarianceIsSingularAndNaNIsNeverInsideAGat
   EXPECT_FALSE(e.nis <= std::numeric_limits<double>::infinity());
 }
 
+/// Of kinematics launch a phase lasts as long as the settings say, and each model is the one it is meant to be.
+TEST(ModelSet, ALaunchIsAsItsSettingsSay) {
+  KinematicsSettings settings;
+  settings.launch = {.q_ballistic_m2_s5 = 1e-4,
+                     .ballistic_sigma_m_s2 = 0.3,
+                     .q_thrust_m2_s5 = 2,
+                     .q_event_m2_s5 = 70,
+                     .phase_s = 40,
+                     .event_s = 5,
+                     .initial_ballistic = 0.2,
+                     .initial_event = 0.1};
+  const ModelSet set = model_set(settings);
+  ASSERT_EQ(set.count, 3);
+  EXPECT_EQ(set.ballistic, 0);
+  EXPECT_EQ(set.ballistic_sigma_m_s2, 0.3);
+  EXPECT_EQ(set.model[0].q, 1e-4);
+  EXPECT_EQ(set.model[1].q, 2);
+  EXPECT_EQ(set.model[2].q, 70);
+  const std::array<double, 3> lasts{40, 40, 5};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(set.model[static_cast<std::size_t>(i)].gravity_aware);
+    EXPECT_NEAR(-1 / set.rates(i, i), lasts[static_cast<std::size_t>(i)], 1e-12);
+    EXPECT_NEAR(set.rates.row(i).sum(), 0, 1e-15);
+  }
+  EXPECT_NEAR(set.initial_probability[0], 0.2, 1e-15);
+  EXPECT_NEAR(set.initial_probability[1], 0.7, 1e-15);
+  EXPECT_NEAR(set.initial_probability[2], 0.1, 1e-15);
+  // From thrust, over 0.2 s of a mean of 40 s, and shared between the two others.
+  EXPECT_NEAR(set.switching(1, 0) + set.switching(1, 2), 0.2 / 40, 2e-4);
+}
+
 /// The interaction of the models is the moment matching of imm.hpp over all states; only a ballistic model keeps its
 /// own specific force.
 TEST(Hypothesis, MixingIsMomentMatching) {
@@ -226,7 +257,7 @@ TEST(Hypothesis, MixingIsMomentMatching) {
     EXPECT_NEAR(mixed.x[i], force ? own * ballistic.x[i] : expected[0].mean[i], 1e-12);
     for (int j = 0; j < n; ++j) {
       if (force || (j >= at + 6 && j < at + 9)) {
-        const double prior = i == j ? (1 - own) * std::pow(ballistic_sigma_m_s2, 2) : 0;
+        const double prior = i == j ? (1 - own) * std::pow(set.ballistic_sigma_m_s2, 2) : 0;
         EXPECT_NEAR(mixed.P(i, j), own * ballistic.P(i, j) + prior, 1e-10);
       } else {
         EXPECT_NEAR(mixed.P(i, j), expected[0].cov(i, j), 1e-10);

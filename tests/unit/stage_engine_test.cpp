@@ -151,6 +151,45 @@ TEST(Engine, ASilenceSteppedThroughLiveEqualsOneJumpedOverInReplay) {
   expect_same<Trajectory>(live, replayed);
 }
 
+/// FUSE's keys judge its trajectories, SLAVE's its commands: neither those of the other.
+TEST(Engine, ATrajectoryCoastsByTheKeysOfFuse) {
+  RangeConfig range = small_range();
+  range.fuse.publish_on_data = false;
+  range.fuse.stale = milliseconds(2000);
+  range.fuse.coast = milliseconds(4000);
+  ASSERT_EQ(range.slave.coast, milliseconds(5000));
+  Collector out;
+  Engine engine(range, {}, out);
+  for (const Event& e : small_flight(range, 10, 11)) engine.handle(engine.admit(e));
+  engine.advance_to(test::liftoff + seconds(20.0));
+  constexpr double slack_s = 0.2;  // of the newest measurement, which is one of the last in 10 s
+  double last_good_s = 0;
+  double last_s = 0;
+  for (const Trajectory& t : out.of<Trajectory>()) {
+    last_s = (t.received - test::liftoff).seconds();
+    if (t.quality == TrackQuality::Good) last_good_s = last_s;
+  }
+  EXPECT_NEAR(last_good_s, 12, slack_s);
+  EXPECT_NEAR(last_s, 14, slack_s);
+  EXPECT_NEAR((out.of<SlavingCommand>().back().tick - test::liftoff).seconds(), 15, slack_s);
+}
+
+TEST(Engine, ATrajectoryOfLateDataIsCoasting) {
+  const auto coasting = [](Duration stale) {
+    RangeConfig range = small_range();
+    range.fuse.stale = stale;
+    std::vector<Event> late;
+    for (std::uint64_t i = 1; i <= 50; ++i)
+      late.emplace_back(test::plot_at(range.radars[0], 10 + 0.1 * static_cast<double>(i), i, 1.0));
+    const auto trajectories = run(range, late).of<Trajectory>();
+    EXPECT_FALSE(trajectories.empty());
+    return std::ranges::count(trajectories, TrackQuality::Coasting, &Trajectory::quality) ==
+           std::ranges::ssize(trajectories);
+  };
+  EXPECT_TRUE(coasting(milliseconds(500)));
+  EXPECT_FALSE(coasting(milliseconds(2000)));
+}
+
 TEST(Engine, TicksOfAClockGapAreNotRun) {
   const RangeConfig range = small_range();
   auto events = small_flight(range, 10, 10);

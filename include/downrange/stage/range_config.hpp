@@ -136,8 +136,10 @@ struct FuseConfig {
   KinematicsSettings motion;
   CartesianFusionSettings cartesian_fusion;
   QuickLookSettings quick_look;
-  std::vector<Name> methods{"joint"};  ///< side by side; slaving follows the first
-  bool publish_on_data = true;         ///< trajectory with each measurement; false: on the tick
+  std::vector<Name> methods{"joint"};   ///< side by side; slaving follows the first
+  bool publish_on_data = true;          ///< trajectory with each measurement; false: on the tick
+  Duration stale = milliseconds(500);   ///< newest measurement older than this: the trajectory is coasting
+  Duration coast = milliseconds(5000);  ///< older than this: no trajectory on the tick
 };
 
 struct SlaveConfig {

@@ -208,7 +208,7 @@ void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9
     if (model.gravity_aware)
       own.mean.tail<3>() -= free_fall_acceleration({own.mean.head<3>()}, {own.mean.segment<3>(3)});
     if (model.noise == MotionModel::Noise::WhiteAcceleration) third_part_is(0);
-    if (i == set.ballistic) third_part_is(ballistic_sigma_m_s2 * ballistic_sigma_m_s2);
+    if (i == set.ballistic) third_part_is(set.ballistic_sigma_m_s2 * set.ballistic_sigma_m_s2);
     reset_block(bank.mode[static_cast<std::size_t>(i)], motion_at, own.mean, own.cov);
   }
 }
@@ -243,7 +243,7 @@ void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion
       out.x.segment<3>(force_at) = own * mine.x.segment<3>(force_at);
       out.P.middleCols<3>(force_at) = own * mine.P.middleCols<3>(force_at);
       out.P.block<3, 3>(force_at, force_at).diagonal().array() +=
-          (1 - own) * ballistic_sigma_m_s2 * ballistic_sigma_m_s2;
+          (1 - own) * set.ballistic_sigma_m_s2 * set.ballistic_sigma_m_s2;
       out.P.middleRows<3>(force_at) = out.P.middleCols<3>(force_at).transpose();
     }
   }

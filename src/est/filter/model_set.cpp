@@ -13,6 +13,31 @@ ModelSet constant_acceleration(const KinematicsSettings& settings) {
   return set;
 }
 
+namespace {
+
+/// Of what a phase changes to, each of the two others is as likely.
+ModelSet launch(const LaunchSettings& settings) {
+  const auto white_jerk = [](double q) {
+    return MotionModel{.noise = MotionModel::Noise::WhiteJerk, .q = q, .gravity_aware = true};
+  };
+  const double change = 1 / settings.phase_s;
+  const double end = 1 / settings.event_s;
+  ModelSet set;
+  set.count = 3;
+  set.model = {white_jerk(settings.q_ballistic_m2_s5), white_jerk(settings.q_thrust_m2_s5),
+               white_jerk(settings.q_event_m2_s5)};
+  set.rates << -change, change / 2, change / 2,  //
+      change / 2, -change, change / 2,           //
+      end / 2, end / 2, -end;
+  set.initial_probability << settings.initial_ballistic, 1 - (settings.initial_ballistic + settings.initial_event),
+      settings.initial_event;
+  set.ballistic = 0;
+  set.ballistic_sigma_m_s2 = settings.ballistic_sigma_m_s2;
+  return set;
+}
+
+}  // namespace
+
 ModelSet model_set(const KinematicsSettings& settings) {
   using Noise = MotionModel::Noise;
   ModelSet set;
@@ -27,13 +52,7 @@ ModelSet model_set(const KinematicsSettings& settings) {
     case Kinematics::Ca:
       return constant_acceleration(settings);
     case Kinematics::Launch:
-      set.count = 3;
-      set.model = {{{.noise = Noise::WhiteJerk, .q = 1e-6, .gravity_aware = true},   // ballistic
-                    {.noise = Noise::WhiteJerk, .q = 0.3, .gravity_aware = true},    // thrust
-                    {.noise = Noise::WhiteJerk, .q = 500, .gravity_aware = true}}};  // ignition, staging, cut-off
-      set.rates << -.004, .002, .002, .002, -.004, .002, .25, .25, -.5;
-      set.initial_probability << 0.05, 0.9, 0.05;
-      set.ballistic = 0;
+      set = launch(settings.launch);
       break;
   }
   set.switching = switching_over(set, 0.2);

@@ -23,10 +23,23 @@ inline constexpr std::array all_kinematics{Kinematics::Cv, Kinematics::Ca, Kinem
   return names.at(static_cast<std::size_t>(kinematics));
 }
 
+/// Of kinematics launch: its three models and how a flight changes between them (est/THEORY.md section 2).
+struct LaunchSettings {
+  double q_ballistic_m2_s5 = 1e-6;     ///< white jerk of a ballistic flight
+  double ballistic_sigma_m_s2 = 0.01;  ///< its specific force, 1-sigma per axis about zero
+  double q_thrust_m2_s5 = 0.3;         ///< white jerk under thrust
+  double q_event_m2_s5 = 500;          ///< white jerk during ignition, staging and cut-off
+  double phase_s = 250;                ///< mean duration of a ballistic phase, and of thrust
+  double event_s = 2;                  ///< mean duration of an event
+  double initial_ballistic = 0.05;     ///< probability that a target is ballistic when its track starts
+  double initial_event = 0.05;         ///< likewise in an event; else it is under thrust
+};
+
 struct KinematicsSettings {
   Kinematics kinematics = Kinematics::Launch;  ///< of joint and schmidt
   double q_cv_m2_s3 = 1000;                    ///< white acceleration of cv and vdie
   double q_ca_m2_s5 = 10;                      ///< white jerk of ca
+  LaunchSettings launch;
 };
 
 /// The models of one kind of kinematics and how a vehicle changes between them.
@@ -40,10 +53,10 @@ struct ModelSet {
   /// Probabilities of these changes within 0.2 s, the interval of the models' interaction.
   Mat<max_models, max_models> switching = Mat<max_models, max_models>::Identity();
   Vec<max_models> initial_probability = Vec<max_models>::UnitX();
-  /// A model whose specific force is 0 +- 0.01 m/s^2; -1: none.
+  /// A model whose specific force is 0 +- ballistic_sigma_m_s2; -1: none.
   int ballistic = -1;
+  double ballistic_sigma_m_s2 = LaunchSettings{}.ballistic_sigma_m_s2;
 };
-inline constexpr double ballistic_sigma_m_s2 = 0.01;
 
 [[nodiscard]] Mat<ModelSet::max_models, ModelSet::max_models> switching_over(const ModelSet& set, double dt);
 [[nodiscard]] ModelSet model_set(const KinematicsSettings& settings);
