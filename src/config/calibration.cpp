@@ -15,12 +15,12 @@ namespace downrange::config {
 namespace {
 
 constexpr const char* header =
-    "# What a flight found of its sensors' biases: measured = true + bias. A sensor of a range takes it as its prior "
-    "with\n"
-    "# calibration = \"FILE\" in its [[radar]] or [[angle_sensor]]. Single terms are often not the truth of the "
-    "hardware: value and "
-    "correlation\n"
-    "# together say what is known. Sigmas of terms that could not be observed are those from before the flight.\n";
+    "# What a flight found of its sensors' biases: measured = true + bias. It becomes a sensor's prior with\n"
+    "# calibration = \"FILE\" in its [[radar]] or [[angle_sensor]]. A single term is often not the error of the "
+    "hardware,\n"
+    "# for terms that act alike are not told apart: value and correlation hold together. The sigma of a term that "
+    "could\n"
+    "# not be observed is the one from before the flight.\n";
 
 /// Suffix of a term's keys: its unit.
 std::string suffix_of(BiasTerm term) {
@@ -138,7 +138,7 @@ std::optional<Term> read_term(const toml::table& table, const std::string& path,
   // The unit, and with it the names of the other keys, is the term's.
   const toml::node* named = table.get("term");
   if (named != nullptr) {
-    good = keys[0].take(term, *named);
+    good = keys[0].read(term, *named);
     if (good) {
       const std::string suffix = suffix_of(term.term);
       keys.push_back(number("value" + suffix, at(&Term::value), {-1e9, 1e9}, required, "the bias"));

@@ -117,18 +117,18 @@ void check_times(const RangeConfig& range, const Checker& check) {
   coasts_after_stale(range.slave.stale, range.slave.coast, "slave");
 }
 
-void check_capabilities(const RangeConfig& range, const std::string& method, const MethodCapabilities& takes,
+void check_capabilities(const RangeConfig& range, const std::string& method, const MethodCapabilities& capabilities,
                         const Checker& check) {
-  const auto most = static_cast<std::size_t>(takes.most_radars);
+  const auto most = static_cast<std::size_t>(capabilities.most_radars);
   check.require(range.radars.size() <= most || range.radars.size() > max_sensors, "fuse.methods",
                 "found \"" + method + "\" with " + std::to_string(range.radars.size()) + " radars, allowed: at most " +
                     std::to_string(most) + " [[radar]] for that method");
   std::vector<std::string> allowed;
   for (const Kinematics kinematics : all_kinematics)
-    if (takes.takes(kinematics)) allowed.emplace_back(to_string(kinematics));
-  check.require(takes.takes(range.fuse.motion.kinematics), "fuse.kinematics",
+    if (capabilities.takes(kinematics)) allowed.emplace_back(to_string(kinematics));
+  check.require(capabilities.takes(range.fuse.motion.kinematics), "fuse.kinematics",
                 "found \"" + std::string(to_string(range.fuse.motion.kinematics)) + "\", which method \"" + method +
-                    "\" does not take, allowed: one of " + show_texts(allowed));
+                    "\" does not support, allowed: one of " + show_texts(allowed));
 }
 
 void check_methods(const RangeConfig& range, const Checker& check) {

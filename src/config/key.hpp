@@ -77,7 +77,7 @@ template <class S>
 struct Key {
   KeyInfo info;
   /// Stores the node's value; false when it is not an allowed one.
-  std::function<bool(S&, const toml::node&)> take;
+  std::function<bool(S&, const toml::node&)> read;
   std::function<std::string(const S&)> show;  ///< as the file would say it
 };
 

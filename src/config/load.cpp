@@ -154,7 +154,7 @@ void make_absolute(std::filesystem::path& path, const std::filesystem::path& bas
   if (!path.empty()) path = (base / path).lexically_normal();
 }
 
-/// The sensor's table of a calibration file, taken out of it; nothing after a problem. `list`: "radar", "angle_sensor".
+/// The sensor's table of a calibration file; nothing after a problem. `list`: "radar", "angle_sensor".
 std::optional<toml::table> take_calibration(const std::filesystem::path& file, const std::string& list,
                                             const std::string& id, const std::function<void(const std::string&)>& fail,
                                             Problems& problems) {

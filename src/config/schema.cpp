@@ -18,7 +18,7 @@ Key<NodeConfig> stages_key() {
                                                                            {"fuse", &StageSet::fuse},
                                                                            {"slave", &StageSet::slave}};
   return {{"stages", R"(a list out of "ingest", "align", "fuse", "slave")", optional,
-           "stages this node runs; without ingest it takes the observations of other nodes"},
+           "stages this node runs; without ingest it reads the observations of other nodes"},
           [](NodeConfig& node, const toml::node& value) {
             const auto texts = read_texts(value);
             if (!texts || texts->empty()) return false;
@@ -124,7 +124,7 @@ std::vector<std::pair<std::string_view, Kinematics>> kinematics_names() {
 }
 
 std::string methods_help() {
-  return "methods that run side by side, slaving follows the first; known: " +
+  return "methods that run side by side, antennas are pointed by the first; known: " +
          show_texts({method_names().begin(), method_names().end()});
 }
 
@@ -217,7 +217,7 @@ Section angle_sensor_section() {
                         "offsets of azimuth and elevation: random walk"));
   keys.push_back(calibration_key(at(&A::calibration), "joint, ts"));
   return many<A>(
-      "angle_sensor", 0, "A telemetry antenna or optical tracker that tells the direction it follows (joint, ts).",
+      "angle_sensor", 0, "A telemetry antenna or optical tracker that reports the direction it tracks (joint, ts).",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.angle_sensors; },
       with_site<A>({id("id", at(&A::id), required, "sensor_id on the topics")}, std::move(keys)));
 }
@@ -423,17 +423,17 @@ Section clock_section() {
 
 Section node_section() {
   using N = NodeConfig;
-  return single<N>(
-      "node", "This process among others.", [](ServiceConfig& c) -> N& { return c.node; },
-      {
-          id("id", at(&N::id), optional, "node_id on the topics; each process of a range has its own"),
-          integer("strength", at(&N::strength), {0, 1'000'000}, optional,
-                  "ownership strength of the outputs: consumers hear the strongest node alive"),
-          stages_key(),
-          ids("sources", at(&N::sources), optional, "radars, trackers and stations that ingest takes here; empty: all"),
-          integer("queue", at(&N::queue), {16, 100'000}, optional,
-                  "inputs of one source that may wait; more push out its oldest"),
-      });
+  return single<N>("node", "This process among others.", [](ServiceConfig& c) -> N& { return c.node; },
+                   {
+                       id("id", at(&N::id), optional, "node_id on the topics; each process of a range has its own"),
+                       integer("strength", at(&N::strength), {0, 1'000'000}, optional,
+                               "ownership strength of the outputs: consumers hear the strongest node alive"),
+                       stages_key(),
+                       ids("sources", at(&N::sources), optional,
+                           "radars, trackers and stations that ingest accepts here; empty: all"),
+                       integer("queue", at(&N::queue), {16, 100'000}, optional,
+                               "inputs of one source that may wait; more push out its oldest"),
+                   });
 }
 
 Section dds_section() {
@@ -444,7 +444,7 @@ Section dds_section() {
       {
           integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
           path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
-          ids("ingest_nodes", at(&D::ingest_nodes), optional, "nodes whose observations a node without ingest takes"),
+          ids("ingest_nodes", at(&D::ingest_nodes), optional, "nodes whose observations a node without ingest reads"),
       });
   section.optional = true;
   return section;

@@ -21,7 +21,7 @@ void read_keys(const std::vector<Key<S>>& keys, S& s, const toml::table& table, 
                const Report& report) {
   for (const Key<S>& key : keys) {
     const toml::node* node = table.get(key.info.name);
-    if (node != nullptr && !key.take(s, *node)) {
+    if (node != nullptr && !key.read(s, *node)) {
       report(node, path + '.' + key.info.name, "found " + show_found(*node) + ", allowed: " + key.info.allowed);
     }
   }

@@ -28,14 +28,14 @@ struct NodeConfig {
   Name id = "downranged";
   int strength = 10;  ///< ownership strength of the output topics; the highest one alive is heard
   StageSet stages;
-  std::vector<Name> sources;  ///< ingest takes these only; empty: all
+  std::vector<Name> sources;  ///< ingest accepts these only; empty: all
   int queue = 1024;           ///< inputs of one source waiting for the engine
 };
 
 struct DdsConfig {
   int domain = 0;
   std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute; empty: the file has no [dds]
-  std::vector<Name> ingest_nodes;  ///< nodes whose observations a node without ingest takes
+  std::vector<Name> ingest_nodes;  ///< nodes whose observations a node without ingest reads
 };
 
 struct ArchiveConfig {

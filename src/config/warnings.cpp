@@ -1,5 +1,4 @@
-/// What a configuration may say, but hardly means: sites that no one range has, keys that take each other's effect
-/// away.
+/// What a configuration may say, but hardly means: sites that no one range has, keys that cancel each other.
 
 #include <toml++/toml.h>
 

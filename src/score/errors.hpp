@@ -72,7 +72,7 @@ struct Spread {
 /// The bias's time tag; 0 where it has none.
 [[nodiscard]] double time_tag_of(const SensorBias& bias);
 
-/// A plot with the bias taken out, and then the refraction of `air` where the radar's is modelled (null: it is not).
+/// A plot corrected for the bias, and then for the refraction of `air` where the radar's is modelled (null: it is not).
 [[nodiscard]] Polar corrected(const Polar& measured, const SensorBias& bias, const RefractionTable* air);
 
 /// Angle between where a command points and where the target is.

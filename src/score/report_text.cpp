@@ -116,7 +116,7 @@ void systematic_table(std::ostringstream& out, const Summary& summary) {
         << before_after(known, row.before.elevation_rad, row.after.elevation_rad, mdeg) << '\n';
   }
   out << "* rejected: in the whole flight, as in the table below; azimuth times cos elevation;\n"
-      << "  after: with the estimated bias taken out\n";
+      << "  after: corrected for the estimated bias\n";
 }
 
 /// Of a row whose angles are known.

@@ -81,7 +81,7 @@ class IntervalMeans {
   std::map<std::int64_t, std::pair<Eigen::Vector3d, int>> intervals_;
 };
 
-/// Errors of a sensor's plots: as measured, and with what was known of them taken out.
+/// Errors of a sensor's plots: as measured, and corrected for what was known of them.
 struct PlotErrors {
   std::size_t plots = 0;
   IntervalMeans before;
@@ -102,8 +102,8 @@ struct PlotError {
 
 /// What health told of a source once a second.
 struct HealthSample {
-  std::uint64_t weighed = 0;  ///< by the method since the start
-  int window = 0;             ///< the last of these that the share is over
+  std::uint64_t judged = 0;  ///< measurements by the method's gate since the start
+  int window = 0;            ///< the last of these that the share is over
   double inside_95 = 1;
   bool mismatch = false;
 };
@@ -119,8 +119,8 @@ struct SourceTally {
   std::uint64_t frozen = 0;
   Fates outliers;
   Fates good;
-  PlotErrors let_through;  ///< by ingest
-  PlotErrors taken;        ///< by the method too
+  PlotErrors of_ingest;  ///< accepted by ingest
+  PlotErrors of_method;  ///< by the method too
   std::vector<HealthSample> health;
 };
 
@@ -133,10 +133,10 @@ void add_consistency(const std::vector<HealthSample>& health, SourceScore& score
     if (h->mismatch) ++score.mismatch_s;
     if (h->window == full) score.least_nis_inside_95 = std::min(score.least_nis_inside_95.value_or(1), h->inside_95);
     const auto window = static_cast<std::uint64_t>(h->window);
-    if (window == 0 || h->weighed > begin) continue;
+    if (window == 0 || h->judged > begin) continue;
     score.nis_count += window;
     inside += h->inside_95 * h->window;
-    begin = h->weighed - std::min(window, h->weighed);
+    begin = h->judged - std::min(window, h->judged);
   }
   if (score.nis_count > 0) score.nis_inside_95 = inside / static_cast<double>(score.nis_count);
 }
@@ -168,7 +168,7 @@ class Scorer::Run : public ResultSink {
     SystematicScore score{sensor, kind, 0, source_score(sensor, kind).rejected(), {}, {}};
     const auto found = sources_.find({kind, sensor});
     if (found == sources_.end()) return score;
-    const PlotErrors& errors = is_answered(sensor) ? found->second.taken : found->second.let_through;
+    const PlotErrors& errors = is_answered(sensor) ? found->second.of_method : found->second.of_ingest;
     score.plots = errors.plots;
     score.before = errors.before.rms_of_means();
     score.after = errors.after.rms_of_means();
@@ -230,7 +230,7 @@ class Scorer::Run : public ResultSink {
  private:
   using SourceKey = std::pair<SourceKind, Name>;
 
-  /// A plot that ingest let through, until the first method's results of the same event show that it took it.
+  /// A plot that ingest accepted, until the first method's results of the same event show that it accepted it.
   struct OpenPlot {
     SourceKey source;
     Time received;
@@ -249,20 +249,20 @@ class Scorer::Run : public ResultSink {
     return score;
   }
 
-  /// The first method tells a sensor's bias with each of its plots that it takes: without any, nothing is known of the
-  /// single plots.
+  /// The first method emits a sensor's bias with each of its plots that it accepts: without any, the single plots'
+  /// verdicts are unknown.
   [[nodiscard]] bool is_answered(const Name& sensor) const { return biases_.contains(sensor); }
 
-  /// The first method took the open plot, or did not.
-  void close(bool taken) {
+  /// The first method accepted the open plot, or did not.
+  void close(bool accepted) {
     if (!open_) return;
     SourceTally& source = sources_[open_->source];
-    if (!taken) ++(open_->outlier ? source.outliers : source.good).rejected;
-    if (taken && open_->error && !open_->outlier) open_->error->add_to(source.taken);
+    if (!accepted) ++(open_->outlier ? source.outliers : source.good).rejected;
+    if (accepted && open_->error && !open_->outlier) open_->error->add_to(source.of_method);
     open_.reset();
   }
 
-  /// A result that the first method gave for an event received then: it took what came with it.
+  /// A result of the first method, of the event received then: it accepted that event's plot.
   void answered(const Name& method, Time received) {
     if (open_ && method == scorer_.first_method() && received == open_->received) close(true);
   }
@@ -281,7 +281,7 @@ class Scorer::Run : public ResultSink {
       return;
     }
     open_ = {key, observation.received, outlier, error_of(observation)};
-    if (open_->error && !outlier) open_->error->add_to(source.let_through);
+    if (open_->error && !outlier) open_->error->add_to(source.of_ingest);
   }
 
   /// Nothing of another target, outside the phases and where the truth is not known.
@@ -295,7 +295,7 @@ class Scorer::Run : public ResultSink {
     if (site == nullptr || !truth || !truth_at_tag || !seen) return std::nullopt;
     const Polar exact = look_angles(*site, truth->position);
     const Polar exact_at_tag = look_angles(*site, truth_at_tag->position);
-    // A tracker tells no range: the true one takes its place, and leaves no error.
+    // A tracker measures no range: the true one stands in for it, so the error is zero.
     const bool ranges = kind_of(plot.measured) == SourceKind::Radar;
     Polar measured = *seen;
     if (!ranges) measured.range_m = exact.range_m;
@@ -372,7 +372,7 @@ class Scorer::Run : public ResultSink {
       if (key.second != health.sensor) continue;
       source.gated = of(Reason::Gated);
       source.frozen = of(Reason::Frozen);
-      source.health.push_back({.weighed = of(Reason::Accepted) + source.gated,
+      source.health.push_back({.judged = of(Reason::Accepted) + source.gated,
                                .window = health.nis_count,
                                .inside_95 = health.nis_inside_95,
                                .mismatch = health.mismatch});

@@ -44,7 +44,7 @@ struct SystematicScore {
   std::size_t plots = 0;       ///< that the errors are of: within a phase, neither rejected nor an outlier
   std::uint64_t rejected = 0;  ///< as the source's account has it, in the whole flight
   SystematicError before;      ///< as measured
-  SystematicError after;       ///< with the bias known when the plot arrived, and refraction, taken out
+  SystematicError after;       ///< corrected for the bias known when the plot arrived, and for refraction
 };
 
 /// Angle between the commanded and the true direction at the instant of application.

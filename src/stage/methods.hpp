@@ -18,10 +18,10 @@ class Methods {
   /// Brings one accepted observation into every method. `in_flight`: the vehicle is known to have left its pad.
   void process(const Observation& o, bool in_flight);
 
-  /// ALIGN's results: the bias of the observation's radar or tracker, for each method that took the observation.
+  /// ALIGN's results: the bias of the observation's radar or tracker, for each method that accepted the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;
-  /// FUSE's results: the trajectory of the observation's target, for each method that took the observation and whose
-  /// estimate it changed.
+  /// FUSE's results: the trajectory of the observation's target, for each method that accepted the observation and
+  /// whose estimate it changed.
   void emit_trajectories(const Observation& o, ResultSink& sink);
   /// FUSE's results on the tick: every target and method, predicted to `tick`.
   void emit_trajectories_at(Time tick, ResultSink& sink) const;
@@ -30,7 +30,7 @@ class Methods {
   /// data behind it. To be asked before an estimate is, which costs the more the older its data is.
   [[nodiscard]] const std::vector<Time>& newest() const { return newest_; }
 
-  /// The method that slaving and health follow.
+  /// The first method: SLAVE points by its tracks, health reports its residuals.
   [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
 
  private:

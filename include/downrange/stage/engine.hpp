@@ -10,7 +10,7 @@
 
 namespace downrange {
 
-/// Which stages this node runs. Without ingest, the engine takes Observations made by another node.
+/// Which stages this node runs. Without ingest, the engine reads Observations made by another node.
 struct StageSet {
   bool ingest = true;
   bool align = true;  ///< and fuse: the method is one

@@ -69,7 +69,7 @@ struct RadarConfig {
   double elevation_max_rad = std::numbers::pi / 2;
 };
 
-/// A telemetry antenna or an optical tracker that tells the direction it follows.
+/// A telemetry antenna or an optical tracker that reports the direction it tracks.
 struct AngleSensorConfig {
   Name id;
   Site site;
@@ -136,7 +136,7 @@ struct FuseConfig {
   KinematicsSettings motion;
   CartesianFusionSettings cartesian_fusion;
   QuickLookSettings quick_look;
-  std::vector<Name> methods{"joint"};   ///< side by side; slaving follows the first
+  std::vector<Name> methods{"joint"};   ///< side by side; SLAVE points by the first
   bool publish_on_data = true;          ///< trajectory with each measurement; false: on the tick
   Duration stale = milliseconds(500);   ///< newest measurement older than this: the trajectory is coasting
   Duration coast = milliseconds(5000);  ///< older than this: no trajectory on the tick

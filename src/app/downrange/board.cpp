@@ -49,7 +49,7 @@ double sigma_of(const Trajectory& t) {
   return std::sqrt(variance);
 }
 
-/// Share of NIS inside 95 %, as "97.3 %"; a dash where nothing was weighed.
+/// Share of NIS inside 95 %, as "97.3 %"; a dash where there is none yet.
 std::string inside(const SourceHealth& h) {
   if (h.nis_count == 0) return "      -";
   char text[16];

@@ -7,7 +7,7 @@
 
 namespace downrange::app {
 
-/// Writes each radar's and tracker's last bias of one method ("": the one that slaving followed) to `out`, and shows
+/// Writes each radar's and tracker's last bias of one method ("": the first) to `out`, and shows
 /// it. The exit code. Throws std::runtime_error when the archive holds none or `out` cannot be written.
 [[nodiscard]] int write_calibration(const std::string& flight, const std::string& method, const std::string& out,
                                     const config::ServiceConfig& config);

@@ -1,5 +1,5 @@
 #pragma once
-/// Recorded flights in a folder beside the checkout, as experiments take them.
+/// Recorded flights in a folder beside the checkout, as experiments read them.
 
 #include <filesystem>
 #include <string>

@@ -73,7 +73,7 @@ struct Flight {
     Time last;
   };
   std::optional<Time> liftoff;
-  std::map<Name, Span> accepted;  ///< epochs of what ingest took, by target
+  std::map<Name, Span> accepted;  ///< epochs of what ingest accepted, by target
   Name first_target;              ///< of the first of these
   std::set<Name> heard;           ///< sources of these
   std::array<std::uint64_t, reason_count> count{};
@@ -264,7 +264,7 @@ void add_report(CLI::App& app, Run& run) {
   command->add_option("--json", o->json, "Write the numbers to this file as well");
   CLI::Option* calibration = command->add_option(
       "--calibration", o->calibration, "Write the biases found to this file instead, for the sensors' key calibration");
-  command->add_option("--method", o->method, "Whose biases (default: the method that slaving followed)")
+  command->add_option("--method", o->method, "Whose biases (default: the first, by which antennas were pointed)")
       ->needs(calibration)
       ->check(CLI::IsMember(method_names()));
   o->files.add_to(*command);

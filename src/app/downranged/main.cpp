@@ -21,19 +21,19 @@ void announce(const config::ServiceConfig& config) {
   notify_ready(status);
 }
 
-/// Takes over what may change in flight, and says what it did not take.
+/// Applies the keys that may change in flight, and names those that need a restart.
 void reload(const Options& options, config::ServiceConfig& running, Logging& logging) {
   notify_reloading();
   try {
     const config::ServiceConfig wanted = config::load(options.config, options.overrides);
     running.log.level = wanted.log.level;
     logging.set_level(wanted.log.level);
-    const std::vector<std::string> not_taken = config::differences(running, wanted);
-    for (const std::string& key : not_taken) spdlog::warn("reload: {} is not taken before a restart", key);
-    spdlog::info("reload: done, {} changed keys not taken", not_taken.size());
+    const std::vector<std::string> need_restart = config::differences(running, wanted);
+    for (const std::string& key : need_restart) spdlog::warn("reload: {} changes only with a restart", key);
+    spdlog::info("reload: done, {} changed keys need a restart", need_restart.size());
   } catch (const config::ConfigError& error) {
     for (const config::Problem& problem : error.problems()) spdlog::error("reload: {}", problem.to_string());
-    spdlog::error("reload: nothing taken, the running configuration stays");
+    spdlog::error("reload: refused, the running configuration stays");
   }
   announce(running);
 }

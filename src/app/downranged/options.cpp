@@ -33,7 +33,7 @@ std::string toml_list(const std::vector<std::string>& items) {
 
 std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   CLI::App app{
-      "Downrange service: takes radar plots and GPS fixes from DDS, publishes biases, the fused trajectory and\n"
+      "Downrange service: reads radar plots and GPS fixes from DDS, publishes biases, the fused trajectory and\n"
       "one pointing command per antenna. Options replace the configuration file's keys.",
       "downranged"};
   app.set_version_flag("--version", "downranged " DOWNRANGE_VERSION);
@@ -48,7 +48,7 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   std::string archive;
   std::vector<std::string> set;
   app.add_option("--stages", stages, "stages to run, of ingest,align,fuse,slave")->delimiter(',')->type_name("A,B");
-  app.add_option("--sources", sources, "radars, trackers and stations that ingest takes")
+  app.add_option("--sources", sources, "radars, trackers and stations that ingest accepts")
       ->delimiter(',')
       ->type_name("A,B");
   app.add_option("--archive", archive, "record to this folder, or to this file *.mcap")->type_name("PATH");

@@ -95,7 +95,7 @@ class Judge {
   void doubt(const std::string& text) { found_.doubts.push_back(text); }
 
   template <class Condition>
-  [[nodiscard]] bool mostly(Condition condition) const {
+  [[nodiscard]] bool for_most_rows(Condition condition) const {
     return 2 * std::count_if(rows_.begin(), rows_.end(), condition) > std::ssize(rows_);
   }
 
@@ -108,7 +108,7 @@ class Judge {
       steps.push_back(std::abs((rows_[i].epoch - rows_[i - 1].epoch).seconds()));
     }
     if (const double step = median(std::move(steps)); step > 0) add(format("%.4g rows/s", 1 / step));
-    if (mostly([&](const PlausibleRow& r) { return std::abs(since(r)) > far_from_liftoff_s; })) {
+    if (for_most_rows([&](const PlausibleRow& r) { return std::abs(since(r)) > far_from_liftoff_s; })) {
       impossible(format("its times are %.1f days from lift-off: is liftoff right? Are the times of another unit "
                         "(unit = ...) or counted from another moment (since = ...)?",
                         times.least / day_s) +
@@ -149,7 +149,7 @@ class Judge {
     const Span el = span_of(rows_, elevation);
     add(format("azimuth %.2f to %.2f deg", az.least / deg, az.most / deg));
     add(format("elevation %.2f to %.2f deg", el.least / deg, el.most / deg));
-    const bool beyond = mostly([](const PlausibleRow& r) {
+    const bool beyond = for_most_rows([](const PlausibleRow& r) {
       return std::abs(r.polar.elevation_rad) > 90.001 * deg || std::abs(r.polar.azimuth_rad) > 720 * deg;
     });
     if (beyond) {
