@@ -356,7 +356,8 @@ Section fuse_section() {
           number("q_cv_m2_s3", at(&F::motion, &KinematicsSettings::q_cv_m2_s3), {1e-6, 1e9}, optional,
                  "white acceleration density of cv and vdie"),
           number("q_ca_m2_s5", at(&F::motion, &KinematicsSettings::q_ca_m2_s5), {1e-6, 1e9}, optional,
-                 "white jerk density of ca"),
+                 "white jerk density of ca, of vdie while a manoeuvre lasts, of the targets of ts and of schmidt's GPS "
+                 "track"),
           launch("q_ballistic_m2_s5", &LaunchSettings::q_ballistic_m2_s5, {1e-12, 1e9},
                  "white jerk density of a ballistic flight"),
           launch("ballistic_sigma_m_s2", &LaunchSettings::ballistic_sigma_m_s2, {1e-6, 100},

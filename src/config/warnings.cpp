@@ -198,11 +198,15 @@ void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
              "no_gps is false");
   if (!range.gps.use.velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
   const Kinematics moves = range.fuse.motion.kinematics;
-  const bool has_acceleration = moves == Kinematics::Ca || moves == Kinematics::Launch;
+  const bool has_acceleration = model_set(range.fuse.motion).model[0].noise == MotionModel::Noise::WhiteJerk;
+  // Whatever the kinematics: ts moves its targets, and schmidt its GPS track, with white jerk.
+  const bool has_white_jerk = std::ranges::any_of(
+      range.fuse.methods, [](const Name& method) { return method == Name("ts") || method == Name("schmidt"); });
   const std::string because = "it is not of the kinematics that fuse.kinematics names";
   if (has_acceleration) idle.add("fuse", {"q_cv_m2_s3"}, because);
-  if (moves != Kinematics::Ca) idle.add("fuse", {"q_ca_m2_s5"}, because);
-  if (!has_acceleration) idle.add("fuse", {"initial_sigma_acceleration_m_s2"}, because);
+  if (moves != Kinematics::Ca && moves != Kinematics::Vdie && !has_white_jerk)
+    idle.add("fuse", {"q_ca_m2_s5"}, because);
+  if (!has_acceleration && !has_white_jerk) idle.add("fuse", {"initial_sigma_acceleration_m_s2"}, because);
   if (moves != Kinematics::Launch)
     idle.add(
         "fuse",

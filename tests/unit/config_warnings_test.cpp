@@ -87,6 +87,8 @@ TEST_P(CancelledKeys, AreNamed) {
 }
 
 TEST(Warnings, EitherOfTwoThatCancelIsFine) {
+  for (const char* used : {"kinematics = \"vdie\"\n", "methods = [\"ts\"]\n", "methods = [\"joint\", \"schmidt\"]\n"})
+    EXPECT_EQ(warnings_of(small + "[fuse]\nq_ca_m2_s5 = 5\n" + used), "");
   EXPECT_EQ(warnings_of(small + "angle_inflation = 9\n"), "");
   EXPECT_EQ(warnings_of(small + "wander_deg = 0.01\nwander_tau_s = 10\n"), "");
   EXPECT_EQ(warnings_of(small + "wander_deg = 0.01\nangle_inflation = 1\n"), "");
