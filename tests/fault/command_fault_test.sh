@@ -122,6 +122,22 @@ expect 2 "no such file" "$downrange" check "$work/calibrated.toml"
 expect 0 "events over" "$downrange" replay "$work/calibrated.mcap" --out "$work/again.mcap"
 expect 0 "identical" "$downrange" diff "$work/calibrated.mcap" "$work/again.mcap"
 
+# A tracker is checked, calibrated, and told of by check as a radar is.
+sed -e '/^# \[\[angle_sensor\]\]/,/^$/ s/^# //' "$naro" > "$work/tracked.toml"
+{ cat "$work/short.toml" && printf '[[angle_sensor]]\nid = "goheung-optical-angles"\n[angle_sensor.bias]\nazimuth_deg = 0.02\n'; } \
+  > "$work/tracked_launch.toml"
+expect 0 "2 radars, 1 angle sensors" "$downrange" check "$work/tracked.toml"
+expect 0 "1 angle sensors" "$downrange" simulate "$work/tracked.toml" --scenario "$work/tracked_launch.toml" \
+  --set ingest.expect_simulated=true --archive "$work/tracked.mcap"
+expect 0 "events over" "$downrange" replay "$work/tracked.mcap" --methods joint --out "$work/tracked_out.mcap"
+expect 0 "goheung-optical-angles: 2 terms after" \
+  "$downrange" report "$work/tracked_out.mcap" --calibration "$work/tracked_cal.toml"
+expect 0 "[[angle_sensor.term]]" cat "$work/tracked_cal.toml"
+sed -i '/^\[\[angle_sensor\]\]/,/^$/ s/^calibration = ""/calibration = "tracked_cal.toml"/' "$work/tracked.toml"
+expect 0 "valid" "$downrange" check "$work/tracked.toml"
+sed -i '/^\[\[angle_sensor/,$ s/"offset_elevation"/"scale_elevation"/; /^\[\[angle_sensor/,$ s/^\(value\|sigma\)_deg/\1/' "$work/tracked_cal.toml"
+expect 2 "angle_sensor[0].calibration" "$downrange" check "$work/tracked.toml"
+
 # No file is lost to a slip of the keyboard.
 cp "$work/good.mcap" "$work/kept.mcap"
 ln -s "$work/good.mcap" "$work/link.mcap"
