@@ -9,7 +9,6 @@
 #include <downrange/est/method/track_level.hpp>
 #include <downrange/est/method/ts.hpp>
 #include <downrange/geo/name.hpp>
-#include <initializer_list>
 #include <stdexcept>
 #include <string>
 
@@ -22,21 +21,21 @@ struct NamedMethod {
   MethodCapabilities takes{};
 };
 
-constexpr unsigned of(std::initializer_list<Kinematics> kinematics) {
+constexpr unsigned every_kinematics = [] {
   unsigned bits = 0;
-  for (const Kinematics k : kinematics) bits |= MethodCapabilities::bit_of(k);
+  for (const Kinematics k : all_kinematics) bits |= MethodCapabilities::bit_of(k);
   return bits;
-}
+}();
 constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoothed_gps = true};
 
 /// The methods of the house: a new one is a line here and a file beside song2015.cpp.
 constexpr NamedMethod own_methods[] = {
     {"joint",
      [](const MethodSettings& s) { return rewound(Joint(s)); },
-     {.kinematics = of({Kinematics::Cv, Kinematics::Ca, Kinematics::Launch, Kinematics::Vdie}), .angles_only = true}},
+     {.kinematics = every_kinematics, .angles_only = true}},
     {"schmidt",
      [](const MethodSettings& s) { return rewound(Schmidt(s)); },
-     {.kinematics = of({Kinematics::Cv, Kinematics::Ca, Kinematics::Launch}), .smoothed_gps = true}},
+     {.kinematics = every_kinematics & ~MethodCapabilities::bit_of(Kinematics::Vdie), .smoothed_gps = true}},
     {"ts",
      [](const MethodSettings& s) {
        return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
