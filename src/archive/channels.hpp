@@ -29,7 +29,7 @@ namespace downrange::archive {
 /// file says itself what its ids mean.
 using Records =
     RecordList<MissionEvent, RadarTspi, GpsFix, AngleTspi, OperatorCommand, AntennaReport, PlatformState, ClockGap,
-               Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth, LastTick, Truth>;
+               Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth, LastTick, Truth>;
 using RecordKind = std::size_t;
 template <class T>
 inline constexpr RecordKind kind_of_record = Records::index_of<T>();

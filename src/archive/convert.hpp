@@ -20,6 +20,7 @@ void to_proto(const PlatformState& in, record::PlatformState& out);
 void to_proto(const Observation& in, record::Observation& out);
 void to_proto(const SensorBias& in, record::SensorBias& out);
 void to_proto(const Trajectory& in, record::Trajectory& out);
+void to_proto(const Integrity& in, record::Integrity& out);
 void to_proto(const SlavingCommand& in, record::SlavingCommand& out);
 void to_proto(const SourceHealth& in, record::SourceHealth& out);
 void to_proto(const ClockGap& in, record::ClockGap& out);
@@ -43,6 +44,7 @@ struct Defect {
 [[nodiscard]] Observation from_proto(const record::Observation& in, Defect& defect);
 [[nodiscard]] SensorBias from_proto(const record::SensorBias& in, Defect& defect);
 [[nodiscard]] Trajectory from_proto(const record::Trajectory& in, Defect& defect);
+[[nodiscard]] Integrity from_proto(const record::Integrity& in, Defect& defect);
 [[nodiscard]] SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect);
 [[nodiscard]] SourceHealth from_proto(const record::SourceHealth& in, Defect& defect);
 [[nodiscard]] ClockGap from_proto(const record::ClockGap& in, Defect& defect);

@@ -278,6 +278,40 @@ Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
   return out;
 }
 
+Integrity from_proto(const record::Integrity& in, Defect& defect) {
+  Integrity out;
+  out.target = name(in.target(), "target", defect);
+  out.time = {in.time_ns()};
+  out.liftoff = {in.liftoff_ns()};
+  out.liftoff_valid = in.liftoff_valid();
+  out.chain = name(in.chain(), "chain", defect);
+  out.held_by = name(in.held_by(), "held_by", defect);
+  out.bound_m = in.bound_m();
+  out.bound_valid = in.bound_valid();
+  out.events = in.events();
+  const int sources = in.sensor_size();
+  for (const int size : {in.verdict_size(), in.why_size(), in.since_ns_size(), in.onset_ns_size(), in.test_value_size(),
+                         in.against_size(), in.apart_m_size(), in.agree_m_size(), in.by_size()}) {
+    if (size == sources) continue;
+    fault(defect,
+          "sensor: " + std::to_string(sources) + " sources, of which another field has " + std::to_string(size));
+    return out;
+  }
+  for (int i = 0; i < sources; ++i) {
+    out.sources.push_back({.sensor = name(in.sensor(i), "sensor", defect),
+                           .verdict = enumerator(in.verdict(i), IntegrityVerdict::Ambiguous, "verdict", defect),
+                           .why = enumerator(in.why(i), Finding::Impossible, "why", defect),
+                           .since = {in.since_ns(i)},
+                           .onset = {in.onset_ns(i)},
+                           .test_value = in.test_value(i),
+                           .against = in.against(i),
+                           .apart_m = in.apart_m(i),
+                           .agree_m = in.agree_m(i),
+                           .by = name(in.by(i), "by", defect)});
+  }
+  return out;
+}
+
 SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   SlavingCommand out;
   out.antenna = name(in.antenna(), "antenna", defect);
@@ -321,11 +355,20 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.residual_sigma = in.residual_sigma();
   out.nis = in.nis();
   out.qualified = in.qualified();
-  out.why = enumerator(in.why(), Disqualification::Rejected, "why", defect);
+  out.why = enumerator(in.why(), Disqualification::Excluded, "why", defect);
   out.rejected_for = enumerator(in.rejected_for(), static_cast<Reason>(reason_count - 1), "rejected_for", defect);
   out.nis_inside_95 = in.nis_inside_95();
   out.nis_count = static_cast<int>(in.nis_count());
   out.mismatch = in.mismatch();
+  out.residual_m = in.residual_m();
+  out.expected_m = in.expected_m();
+  out.residual_rad = in.residual_rad();
+  out.expected_rad = in.expected_rad();
+  out.suspect = in.suspect();
+  out.forced = in.forced();
+  out.since = {in.since_ns()};
+  out.by = name(in.by(), "by", defect);
+  out.reason = name<Remark>(in.reason(), "reason", defect);
   return out;
 }
 

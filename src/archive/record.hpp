@@ -35,9 +35,9 @@ struct BadRecord {
   std::string what;
 };
 
-using Record =
-    std::variant<RadarTspi, GpsFix, MissionEvent, Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth,
-                 LastTick, Truth, AngleTspi, OperatorCommand, AntennaReport, PlatformState, ClockGap, BadRecord>;
+using Record = std::variant<RadarTspi, GpsFix, MissionEvent, Observation, SensorBias, Trajectory, Integrity,
+                            SlavingCommand, SourceHealth, LastTick, Truth, AngleTspi, OperatorCommand, AntennaReport,
+                            PlatformState, ClockGap, BadRecord>;
 
 /// Which side of the engine a message was on. An Observation can be either: consumed by a centre, made by an ingest.
 enum class Role : std::uint8_t { Input, Output, Mark, Truth };

@@ -55,6 +55,10 @@ struct ProtoOf<Trajectory> {
   using Message = record::Trajectory;
 };
 template <>
+struct ProtoOf<Integrity> {
+  using Message = record::Integrity;
+};
+template <>
 struct ProtoOf<SlavingCommand> {
   using Message = record::SlavingCommand;
 };

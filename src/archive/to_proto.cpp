@@ -260,6 +260,31 @@ void to_proto(const Trajectory& in, record::Trajectory& out) {
   out.set_deviation_valid(in.deviation_valid);
 }
 
+void to_proto(const Integrity& in, record::Integrity& out) {
+  out.Clear();  // keeps the memory of its fields
+  put(in.target, out.mutable_target());
+  out.set_time_ns(in.time.ns);
+  out.set_liftoff_ns(in.liftoff.ns);
+  out.set_liftoff_valid(in.liftoff_valid);
+  put(in.chain, out.mutable_chain());
+  put(in.held_by, out.mutable_held_by());
+  out.set_bound_m(in.bound_m);
+  out.set_bound_valid(in.bound_valid);
+  out.set_events(in.events);
+  for (const SourceIntegrity& source : in.sources) {
+    put(source.sensor, out.add_sensor());
+    out.add_verdict(wire<record::IntegrityVerdict>(source.verdict));
+    out.add_why(wire<record::Finding>(source.why));
+    out.add_since_ns(source.since.ns);
+    out.add_onset_ns(source.onset.ns);
+    out.add_test_value(source.test_value);
+    out.add_against(source.against);
+    out.add_apart_m(source.apart_m);
+    out.add_agree_m(source.agree_m);
+    put(source.by, out.add_by());
+  }
+}
+
 void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
   put(in.antenna, out.mutable_antenna());
   put(in.target, out.mutable_target());
@@ -304,6 +329,15 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_nis_inside_95(in.nis_inside_95);
   out.set_nis_count(static_cast<std::uint32_t>(in.nis_count));
   out.set_mismatch(in.mismatch);
+  out.set_residual_m(in.residual_m);
+  out.set_expected_m(in.expected_m);
+  out.set_residual_rad(in.residual_rad);
+  out.set_expected_rad(in.expected_rad);
+  out.set_suspect(in.suspect);
+  out.set_forced(in.forced);
+  out.set_since_ns(in.since.ns);
+  put(in.by, out.mutable_by());
+  put(in.reason, out.mutable_reason());
 }
 
 void to_proto(const ClockGap& in, record::ClockGap& out) {

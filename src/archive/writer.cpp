@@ -15,6 +15,7 @@ struct Stamp {
 };
 
 Stamp stamp(const SlavingCommand& command) { return {command.tick, command.apply_at}; }
+Stamp stamp(const Integrity& integrity) { return {integrity.time, integrity.time}; }
 Stamp stamp(const SourceHealth& health) { return {health.time, health.time}; }
 Stamp stamp(const LastTick& last) { return {last.tick, last.tick}; }
 Stamp stamp(const Truth& truth) { return {truth.epoch, truth.epoch}; }

@@ -27,9 +27,10 @@ void to_wire(const PlatformState& from, Wire<PlatformState>& to);
 void to_wire(const Observation& from, Wire<Observation>& to);
 void to_wire(const SensorBias& from, Wire<SensorBias>& to);
 void to_wire(const Trajectory& from, Wire<Trajectory>& to);
+void to_wire(const Integrity& from, Wire<Integrity>& to);
 void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 void to_wire(const SourceHealth& from, Wire<SourceHealth>& to);
-void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to);
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to);
 
 [[nodiscard]] Defect from_wire(const Wire<RadarTspi>& from, RadarTspi& to);
 [[nodiscard]] Defect from_wire(const Wire<AngleTspi>& from, AngleTspi& to);
@@ -41,9 +42,10 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to);
 [[nodiscard]] Defect from_wire(const Wire<Observation>& from, Observation& to);
 [[nodiscard]] Defect from_wire(const Wire<SensorBias>& from, SensorBias& to);
 [[nodiscard]] Defect from_wire(const Wire<Trajectory>& from, Trajectory& to);
+[[nodiscard]] Defect from_wire(const Wire<Integrity>& from, Integrity& to);
 [[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);
 /// Counts of reasons that this program does not know are left out.
 [[nodiscard]] Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to);
-[[nodiscard]] Defect from_wire(const wire::ServiceStatusV2& from, ServiceStatus& to);
+[[nodiscard]] Defect from_wire(const wire::ServiceStatusV3& from, ServiceStatus& to);
 
 }  // namespace downrange::dds

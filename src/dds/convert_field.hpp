@@ -44,6 +44,9 @@ class Check {
   Defect defect_;
 };
 
+/// What the wire's sequence of IntegrityV3 holds.
+inline constexpr std::size_t max_integrity_sources = 64;
+
 inline void copy(const Eigen::Vector3d& from, std::array<double, 3>& to) { to = {from.x(), from.y(), from.z()}; }
 inline void copy(const std::array<double, 3>& from, Eigen::Vector3d& to) { to = {from[0], from[1], from[2]}; }
 

@@ -10,7 +10,7 @@ static_assert(int(MissionEventKind::Recycle) == int(wire::MISSION_RECYCLE));
 static_assert(int(AntennaMode::Autotrack) == int(wire::ANTENNA_AUTOTRACK));
 static_assert(int(OperatorOrder::AcknowledgeAlarm) == int(wire::ORDER_ACKNOWLEDGE_ALARM));
 static_assert(std::variant_size_v<Measured> == wire::OBSERVATION_ANGLES + 1);
-static_assert(reason_count == wire::REASON_SLAVED + 1);
+static_assert(reason_count == wire::REASON_INHIBITED + 1);
 
 void to_wire(const RangeStamp& from, wire::RangeStamp& to) {
   to.run_id(from.run_id);

@@ -7,7 +7,9 @@ static_assert(int(BiasState::Frozen) == int(wire::BIAS_FROZEN));
 static_assert(int(BiasReference::CrossRadar) == int(wire::BIAS_REFERENCE_CROSS_RADAR));
 static_assert(int(TrackQuality::Coasting) == int(wire::TRACK_COASTING));
 static_assert(int(SlavingSource::Nominal) == int(wire::SLAVING_NOMINAL));
-static_assert(int(Disqualification::Rejected) == int(wire::DISQUALIFICATION_REJECTED));
+static_assert(int(IntegrityVerdict::Ambiguous) == int(wire::INTEGRITY_AMBIGUOUS));
+static_assert(int(Finding::Impossible) == int(wire::FINDING_IMPOSSIBLE));
+static_assert(int(Disqualification::Excluded) == int(wire::DISQUALIFICATION_EXCLUDED));
 static_assert(int(ClockMode::Range) == int(wire::CLOCK_RANGE));
 
 void to_wire(const SensorBias& from, Wire<SensorBias>& to) {
@@ -100,6 +102,62 @@ Defect from_wire(const Wire<Trajectory>& from, Trajectory& to) {
   return check.defect();
 }
 
+void to_wire(const Integrity& from, Wire<Integrity>& to) {
+  to.target_id() = from.target.c_str();
+  to.time_ns(from.time.ns);
+  to.liftoff_ns(from.liftoff.ns);
+  to.liftoff_valid(from.liftoff_valid);
+  to.chain() = from.chain.c_str();
+  to.held_by() = from.held_by.c_str();
+  to.bound_m(from.bound_m);
+  to.bound_valid(from.bound_valid);
+  to.events(from.events);
+  to.sources().resize(std::min(from.sources.size(), max_integrity_sources));
+  for (std::size_t i = 0; i < to.sources().size(); ++i) {
+    const SourceIntegrity& source = from.sources[i];
+    wire::SourceIntegrityV3& out = to.sources()[i];
+    out.sensor_id() = source.sensor.c_str();
+    out.verdict(same_number<wire::IntegrityVerdict>(source.verdict));
+    out.why(same_number<wire::IntegrityFinding>(source.why));
+    out.since_ns(source.since.ns);
+    out.onset_ns(source.onset.ns);
+    out.test_value(source.test_value);
+    out.against(source.against);
+    out.apart_m(source.apart_m);
+    out.agree_m(source.agree_m);
+    out.by() = source.by.c_str();
+  }
+}
+
+Defect from_wire(const Wire<Integrity>& from, Integrity& to) {
+  Check check;
+  check.name("target_id", from.target_id().c_str(), to.target);
+  to.time.ns = from.time_ns();
+  to.liftoff.ns = from.liftoff_ns();
+  to.liftoff_valid = from.liftoff_valid();
+  check.text("chain", from.chain().c_str(), to.chain);
+  check.text("held_by", from.held_by().c_str(), to.held_by);
+  to.bound_m = from.bound_m();
+  to.bound_valid = from.bound_valid();
+  to.events = from.events();
+  to.sources.resize(from.sources().size());
+  for (std::size_t i = 0; i < to.sources.size(); ++i) {
+    const wire::SourceIntegrityV3& in = from.sources()[i];
+    SourceIntegrity& source = to.sources[i];
+    check.name("sensor_id", in.sensor_id().c_str(), source.sensor);
+    check.enumerator("verdict", in.verdict(), IntegrityVerdict::Ambiguous, source.verdict);
+    check.enumerator("why", in.why(), Finding::Impossible, source.why);
+    source.since.ns = in.since_ns();
+    source.onset.ns = in.onset_ns();
+    source.test_value = in.test_value();
+    source.against = in.against();
+    source.apart_m = in.apart_m();
+    source.agree_m = in.agree_m();
+    check.text("by", in.by().c_str(), source.by);
+  }
+  return check.defect();
+}
+
 void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to) {
   to.antenna_id() = from.antenna.c_str();
   to.target_id() = from.target.c_str();
@@ -172,6 +230,10 @@ void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   }
   to.residual_mean(from.residual_mean);
   to.residual_sigma(from.residual_sigma);
+  to.residual_m(from.residual_m);
+  to.expected_m(from.expected_m);
+  to.residual_rad(from.residual_rad);
+  to.expected_rad(from.expected_rad);
   to.nis(from.nis);
   to.qualified(from.qualified);
   to.why(same_number<wire::Disqualification>(from.why));
@@ -179,6 +241,11 @@ void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.nis_inside_95(from.nis_inside_95);
   to.nis_count(static_cast<std::uint32_t>(from.nis_count));
   to.mismatch(from.mismatch);
+  to.suspect(from.suspect);
+  to.forced(from.forced);
+  to.since_ns(from.since.ns);
+  to.by() = from.by.c_str();
+  to.reason() = from.reason.c_str();
 }
 
 Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
@@ -197,17 +264,26 @@ Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
   }
   to.residual_mean = from.residual_mean();
   to.residual_sigma = from.residual_sigma();
+  to.residual_m = from.residual_m();
+  to.expected_m = from.expected_m();
+  to.residual_rad = from.residual_rad();
+  to.expected_rad = from.expected_rad();
   to.nis = from.nis();
   to.qualified = from.qualified();
-  check.enumerator("why", from.why(), Disqualification::Rejected, to.why);
+  check.enumerator("why", from.why(), Disqualification::Excluded, to.why);
   check.enumerator("rejected_for", from.rejected_for(), static_cast<Reason>(reason_count - 1), to.rejected_for);
   to.nis_inside_95 = from.nis_inside_95();
   to.nis_count = static_cast<int>(from.nis_count());
   to.mismatch = from.mismatch();
+  to.suspect = from.suspect();
+  to.forced = from.forced();
+  to.since.ns = from.since_ns();
+  check.text("by", from.by().c_str(), to.by);
+  check.text("reason", from.reason().c_str(), to.reason);
   return check.defect();
 }
 
-void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to) {
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to) {
   to.node_id() = from.node.c_str();
   to.stages(static_cast<std::uint8_t>((from.stages.ingest ? 1U : 0U) | (from.stages.align ? 2U : 0U) |
                                       (from.stages.fuse ? 4U : 0U) | (from.stages.slave ? 8U : 0U)));
@@ -228,9 +304,23 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatusV2& to) {
   to.archive_state() = from.archive_state;
   to.state() = from.state;
   to.mismatch() = from.mismatch;
+  to.utc_known(from.utc.known);
+  to.utc_synchronised(from.utc.synchronised);
+  to.utc_offset_s(from.utc.offset_s);
+  to.utc_error_s(from.utc.error_s);
+  const std::size_t acknowledged = std::min(from.acknowledgements.size(), to.acknowledgements().size());
+  to.acknowledged(static_cast<std::uint8_t>(acknowledged));
+  for (std::size_t i = 0; i < acknowledged; ++i) {
+    const Acknowledgement& acknowledgement = from.acknowledgements[i];
+    wire::AcknowledgementV3& out = to.acknowledgements()[i];
+    out.topic(static_cast<wire::InputTopic>(acknowledgement.topic));
+    out.sender_id() = acknowledgement.sender.c_str();
+    out.sequence_number(acknowledgement.sequence);
+    out.refusal() = acknowledgement.refusal.c_str();
+  }
 }
 
-Defect from_wire(const wire::ServiceStatusV2& from, ServiceStatus& to) {
+Defect from_wire(const wire::ServiceStatusV3& from, ServiceStatus& to) {
   Check check;
   check.name("node_id", from.node_id().c_str(), to.node);
   const unsigned stages = from.stages();
@@ -249,6 +339,18 @@ Defect from_wire(const wire::ServiceStatusV2& from, ServiceStatus& to) {
   to.archive_state = from.archive_state().to_string();
   to.state = from.state().to_string();
   to.mismatch = from.mismatch().to_string();
+  to.utc = {from.utc_known(), from.utc_synchronised(), from.utc_offset_s(), from.utc_error_s()};
+  const std::size_t acknowledged = from.acknowledged();
+  if (acknowledged > from.acknowledgements().size()) check.fail("acknowledged", "is " + std::to_string(acknowledged));
+  to.acknowledgements.resize(std::min(acknowledged, from.acknowledgements().size()));
+  for (std::size_t i = 0; i < to.acknowledgements.size(); ++i) {
+    const wire::AcknowledgementV3& in = from.acknowledgements()[i];
+    Acknowledgement& acknowledgement = to.acknowledgements[i];
+    check.enumerator("topic", in.topic(), Inputs::size - 1, acknowledgement.topic);
+    check.text("sender_id", in.sender_id().c_str(), acknowledgement.sender);
+    acknowledgement.sequence = in.sequence_number();
+    check.text("refusal", in.refusal().c_str(), acknowledgement.refusal);
+  }
   return check.defect();
 }
 

@@ -50,7 +50,7 @@ void OutputWriters::Impl::stamp(Wire<Observation>& sample) {
 }
 
 void OutputWriters::Impl::publish(const ServiceStatus& status) {
-  wire::ServiceStatusV2 sample;
+  wire::ServiceStatusV3 sample;
   to_wire(status, sample);
   static_cast<void>(status_.write(sample));
 }
@@ -108,6 +108,7 @@ class OutputReaders::Impl {
     if (selection.observations) open<Observation>(participant, options);
     if (selection.bias) open<SensorBias>(participant, options);
     if (selection.trajectory) open<Trajectory>(participant, options);
+    if (selection.integrity) open<Integrity>(participant, options);
     if (selection.slaving) open<SlavingCommand>(participant, options);
     if (selection.health) open<SourceHealth>(participant, options);
     if (selection.status) {
@@ -161,7 +162,7 @@ class OutputReaders::Impl {
   const OutputCallbacks callbacks_;
   Tally<ReadCounts> tally_;
   Outputs::Tuple<Reader> readers_;
-  std::optional<TopicReader<wire::ServiceStatusV2PubSubType>> status_;
+  std::optional<TopicReader<wire::ServiceStatusV3PubSubType>> status_;
 };
 
 OutputReaders::OutputReaders(Participant& participant, const OutputSelection& selection, OutputCallbacks callbacks)

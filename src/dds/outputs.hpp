@@ -63,6 +63,7 @@ struct OutputSelection {
   bool observations = false;
   bool bias = true;
   bool trajectory = true;
+  bool integrity = true;
   bool slaving = true;
   bool health = true;
   bool status = true;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/time.hpp>
@@ -12,6 +13,26 @@
 #include "dds/participant.hpp"
 
 namespace downrange::dds {
+
+/// What became of an operator's order or of a mark of the mission clock at a node.
+struct Acknowledgement {
+  std::size_t topic = 0;  ///< its place in Inputs: of OperatorCommand or of MissionEvent
+  Name sender;            ///< operator or mission
+  std::uint64_t sequence = 0;
+  Remark refusal;  ///< why it is not carried out; empty: it is in force
+
+  bool operator==(const Acknowledgement&) const = default;
+};
+
+/// How well a machine's clock keeps UTC, as its kernel tells.
+struct UtcState {
+  bool known = false;
+  bool synchronised = false;  ///< disciplined by NTP or PTP
+  double offset_s = 0;        ///< what the discipline still has to correct
+  double error_s = 0;         ///< at most
+
+  bool operator==(const UtcState&) const = default;
+};
 
 struct ServiceStatus {
   Name node;
@@ -31,6 +52,8 @@ struct ServiceStatus {
   std::string state;                   ///< e.g. "running", "waiting for the range clock"
   /// At most 255 characters: how many of Participant::mismatches() there are, and the first. Empty: none.
   std::string mismatch;
+  UtcState utc;                                   ///< of the node's machine
+  std::vector<Acknowledgement> acknowledgements;  ///< the newest first, at most 8
 };
 
 }  // namespace downrange::dds

@@ -55,12 +55,16 @@ struct WireOf<Trajectory> {
   using PubSubType = wire::TrajectoryV2PubSubType;
 };
 template <>
+struct WireOf<Integrity> {
+  using PubSubType = wire::IntegrityV3PubSubType;
+};
+template <>
 struct WireOf<SlavingCommand> {
   using PubSubType = wire::SlavingCommandV2PubSubType;
 };
 template <>
 struct WireOf<SourceHealth> {
-  using PubSubType = wire::SourceHealthV2PubSubType;
+  using PubSubType = wire::SourceHealthV3PubSubType;
 };
 
 template <class Record>

@@ -3,8 +3,10 @@
 
 #include <downrangePubSubTypes.h>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <type_traits>
 
 namespace downrange::dds {
@@ -22,18 +24,55 @@ template <class Wire>
   return true;
 }
 
-/// The generated code resizes to whatever length the payload claims. The members before it have fixed sizes.
+/// Walks over the members of a payload in plain CDR: each is aligned to its size, counted from behind the
+/// encapsulation.
+class CdrWalk {
+ public:
+  explicit CdrWalk(const eprosima::fastrtps::rtps::SerializedPayload_t& payload)
+      : data_(payload.data + encapsulation),
+        size_(payload.length - encapsulation),
+        little_endian_(payload.data[1] & 1) {}
+
+  /// `count` members of `size` bytes each.
+  CdrWalk& skip(std::uint32_t size, std::uint32_t count = 1) {
+    at_ = (at_ + size - 1) / size * size + std::uint64_t{size} * count;
+    return *this;
+  }
+  CdrWalk& skip_string() {
+    const std::uint32_t length = read_length();
+    at_ += length;
+    return *this;
+  }
+  /// Of a string or sequence, which follows. Behind the payload's end: as long as can be.
+  std::uint32_t read_length() {
+    skip(4);
+    if (at_ > size_) return std::numeric_limits<std::uint32_t>::max();
+    std::uint32_t length = 0;
+    for (std::uint32_t i = 0; i < 4; ++i)
+      length |= std::uint32_t{data_[at_ - 4 + i]} << (8 * (little_endian_ ? i : 3 - i));
+    return length;
+  }
+
+ private:
+  static constexpr std::uint32_t encapsulation = 4;
+  const std::uint8_t* data_;
+  std::uint64_t size_;
+  bool little_endian_;
+  std::uint64_t at_ = 0;  ///< may run past the end, never over: lengths have 32 bits
+};
+
+/// The generated code resizes to whatever length the payload claims.
 template <>
 [[nodiscard]] inline bool lengths_in_bounds<wire::RangeClockV2>(
     const eprosima::fastrtps::rtps::SerializedPayload_t& payload) {
-  constexpr std::uint32_t offset = 4 + 28;  // encapsulation; run_id, step, time_ns, end and padding
-  if (payload.length < offset + 4) return false;
-  const bool little_endian = (payload.data[1] & 1) != 0;
-  std::uint32_t length = 0;
-  for (std::uint32_t i = 0; i < 4; ++i) {
-    length |= std::uint32_t{payload.data[offset + i]} << (8 * (little_endian ? i : 3 - i));
-  }
-  return length <= 256;
+  return CdrWalk(payload).skip(8, 3).skip(1).read_length() <= 256;
+}
+template <>
+[[nodiscard]] inline bool lengths_in_bounds<wire::IntegrityV3>(
+    const eprosima::fastrtps::rtps::SerializedPayload_t& payload) {
+  CdrWalk walk(payload);
+  walk.skip_string().skip(8, 2).skip(1).skip_string().skip_string();  // target_id ... held_by
+  return walk.skip(8).skip(1).skip(8).read_length() <= 64;            // bound_m, bound_valid, events
 }
 
 /// Generated (de)serialisation throws on some malformed payloads, and a sample that fails to deserialise would stay

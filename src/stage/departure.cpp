@@ -1,5 +1,6 @@
 #include "departure.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "indices.hpp"
@@ -20,13 +21,7 @@ constexpr double acceleration_m_s2 = 100;
 
 }  // namespace
 
-Departure::Departure(const RangeConfig& config)
-    : targets_(config.targets), simulated_(config.ingest.expect_simulated), motions_(config.targets.size()) {}
-
-void Departure::note(const MissionEvent& event) {
-  if (event.kind == MissionEventKind::Liftoff && event.simulated == simulated_ && plausible(event.epoch))
-    liftoff_ = event.epoch;
-}
+Departure::Departure(const RangeConfig& config) : targets_(config.targets), motions_(config.targets.size()) {}
 
 void Departure::note(const Observation& observation) {
   const int index = index_of(targets_, observation.target);
@@ -56,12 +51,11 @@ void Departure::note(const Observation& observation) {
   t.last = {.epoch = observation.epoch, .fix = fix};
 }
 
-bool Departure::left_pad(const Name& target, Time epoch) const {
-  if (liftoff_ && epoch >= *liftoff_) return true;
+void Departure::recycle() { std::ranges::fill(motions_, Target{}); }
+
+std::optional<Time> Departure::motion(const Name& target) const {
   const int index = index_of(targets_, target);
-  if (index < 0) return false;
-  const auto& motion = motions_[static_cast<std::size_t>(index)].motion;
-  return motion && epoch >= *motion;
+  return index < 0 ? std::nullopt : motions_[static_cast<std::size_t>(index)].motion;
 }
 
 }  // namespace downrange

@@ -1,5 +1,5 @@
 #pragma once
-/// When a vehicle left its pad, as far as this node knows.
+/// When a vehicle left its pad, as its own fixes tell.
 
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
@@ -8,19 +8,23 @@
 
 namespace downrange {
 
-/// By the mission's lift-off, or else by the vehicle's first motion: three fixes, a second apart or more, that move as
-/// its own velocity says. Neither a receiver that warms up nor one that repeats itself does that.
+/// The vehicle's first motion: three fixes, a second apart or more, that move as its own velocity says. Neither a
+/// receiver that warms up nor one that repeats itself does that.
 class Departure {
  public:
   explicit Departure(const RangeConfig& config);
 
-  /// Lift-off; the newest one holds, for it may be corrected. Other marks, and those of another kind of flight
-  /// (simulated or not), are not heard.
-  void note(const MissionEvent& event);
   /// A fix of a known target that ingest has nothing to say against but where it is.
   void note(const Observation& observation);
+  /// The vehicles are on the pad again: what was found counts no more.
+  void recycle();
 
-  [[nodiscard]] bool left_pad(const Name& target, Time epoch) const;
+  /// None: it did not move, or the target is not configured.
+  [[nodiscard]] std::optional<Time> motion(const Name& target) const;
+  [[nodiscard]] bool moved(const Name& target, Time epoch) const {
+    const std::optional<Time> since = motion(target);
+    return since && epoch >= *since;
+  }
 
  private:
   struct KnownFix {
@@ -36,8 +40,6 @@ class Departure {
   };
 
   std::vector<TargetConfig> targets_;
-  bool simulated_;
-  std::optional<Time> liftoff_;
   std::vector<Target> motions_;
 };
 

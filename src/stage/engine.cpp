@@ -25,8 +25,8 @@ class Engine::Impl {
   }
 
   void operator()(const MissionEvent& event) { ingest_.note(event); }
+  void operator()(const OperatorCommand& command) { ingest_.note(command); }
   // Recorded and replayed; no stage depends on them yet.
-  void operator()(const OperatorCommand&) {}
   void operator()(const AntennaReport&) {}
   void operator()(const PlatformState&) {}
   void operator()(const RadarTspi& tspi) {

@@ -28,7 +28,8 @@ std::string_view to_string(Reason reason) {
   static constexpr std::array<std::string_view, reason_count> names{
       "accepted",     "unknown_source", "simulated_mismatch", "not_finite",    "out_of_limits",
       "not_tracking", "too_late",       "from_future",        "duplicate",     "clock_step",
-      "gated",        "frozen",         "no_position",        "away_from_pad", "slaved"};
+      "gated",        "frozen",         "no_position",        "away_from_pad", "slaved",
+      "inhibited"};
   return names.at(static_cast<std::size_t>(reason));
 }
 

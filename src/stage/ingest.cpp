@@ -68,7 +68,19 @@ Reason first_reason(Judges&&... judges) {
 
 }  // namespace
 
-Ingest::Ingest(const RangeConfig& config) : config_(config), sources_(config), departure_(config) {}
+Ingest::Ingest(const RangeConfig& config)
+    : config_(config), sources_(config), departure_(config), mission_(config), orders_(config) {}
+
+void Ingest::note(const MissionEvent& event) {
+  mission_.note(event);
+  if (event.kind == MissionEventKind::Recycle && mission_.refusal(event).empty()) departure_.recycle();
+}
+
+bool Ingest::left_pad(const Name& target, Time epoch) const {
+  // The clock knows the first motion of any target: of this one only its own counts.
+  const bool announced = mission_.liftoff_announced() && mission_.in_flight(epoch);
+  return announced || departure_.moved(target, epoch);
+}
 
 Observation Ingest::judge(const RadarTspi& tspi) {
   const Plot plot = plot_of(tspi);
@@ -127,10 +139,10 @@ Observation Ingest::judge(Observation o) {
 }
 
 Reason Ingest::judge_sender(const Observation& o) const {
-  const bool known =
-      sources_.find(kind_of(o.measured), o.sensor) != no_source && index_of(config_.targets, o.target) >= 0;
-  if (!known) return Reason::UnknownSource;
-  return o.simulated == config_.ingest.expect_simulated ? Reason::Accepted : Reason::SimulatedMismatch;
+  const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
+  if (source == no_source || index_of(config_.targets, o.target) < 0) return Reason::UnknownSource;
+  if (o.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
+  return orders_.inhibited(source) ? Reason::Inhibited : Reason::Accepted;
 }
 
 Reason Ingest::judge_instrument(const Observation& o, const Plot& plot) const {
@@ -177,8 +189,9 @@ Reason Ingest::judge_pad(const Observation& o) {
   const auto* fix = std::get_if<Fix>(&o.measured);
   if (fix == nullptr) return Reason::Accepted;
   departure_.note(o);
+  if (const std::optional<Time> motion = departure_.motion(o.target)) mission_.note_motion(*motion);
   const bool away = config_.pad && (fix->position.m - config_.pad->site.ecef().m).norm() > config_.pad->radius_m;
-  return away && !departure_.left_pad(o.target, o.epoch) ? Reason::AwayFromPad : Reason::Accepted;
+  return away && !left_pad(o.target, o.epoch) ? Reason::AwayFromPad : Reason::Accepted;
 }
 
 Ingest::Stream& Ingest::stream_of(const Observation& o) {

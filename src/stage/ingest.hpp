@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "departure.hpp"
+#include "mission_clock.hpp"
+#include "orders.hpp"
 
 namespace downrange {
 
@@ -17,8 +19,13 @@ class Ingest {
   explicit Ingest(const RangeConfig& config);
 
   /// The mission clock tells when the vehicle leaves its pad.
-  void note(const MissionEvent& event) { departure_.note(event); }
-  [[nodiscard]] bool left_pad(const Name& target, Time epoch) const { return departure_.left_pad(target, epoch); }
+  void note(const MissionEvent& event);
+  /// A source that is inhibited is rejected until it is released.
+  void note(const OperatorCommand& command) { orders_.note(command); }
+  [[nodiscard]] const MissionClock& mission() const { return mission_; }
+  [[nodiscard]] const Orders& orders() const { return orders_; }
+  /// By the mission's lift-off, or else by the target's motion.
+  [[nodiscard]] bool left_pad(const Name& target, Time epoch) const;
 
   [[nodiscard]] Observation judge(const RadarTspi& tspi);
   [[nodiscard]] Observation judge(const GpsFix& fix);
@@ -44,7 +51,7 @@ class Ingest {
     std::vector<Entry> recent;
   };
 
-  /// What holds for every message: source and target are known, it is of this node's world, its instrument tracks.
+  /// What holds for every message: source and target are known, it is of this node's world, no operator inhibits it.
   [[nodiscard]] Reason judge_sender(const Observation& o) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Plot& plot) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Angles& angles) const;
@@ -58,6 +65,8 @@ class Ingest {
   RangeConfig config_;
   SourceTable sources_;
   Departure departure_;
+  MissionClock mission_;
+  Orders orders_;
   std::vector<Stream> streams_;
 };
 

@@ -17,6 +17,10 @@ std::string_view why_not_qualified(const SourceHealth& health) {
                                                                                        : "silent";
     case Disqualification::Rejected:
       return to_string(health.rejected_for);
+    case Disqualification::Inhibited:
+      return "inhibited";
+    case Disqualification::Excluded:
+      return "excluded";
     case Disqualification::None:
       break;
   }

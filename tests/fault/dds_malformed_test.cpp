@@ -10,6 +10,7 @@
 #include "dds/inputs.hpp"
 #include "dds/range_clock.hpp"
 #include "dds/topics.hpp"
+#include "dds/wire_type.hpp"
 #include "dds_inbox.hpp"
 #include "dds_samples.hpp"
 
@@ -180,6 +181,44 @@ TEST(DdsMalformed, AClockThatClaimsFourThousandMillionSources) {
       wait_until(seconds(30), [&] { return (step = follower.next(std::chrono::milliseconds(10))).has_value(); }));
   EXPECT_EQ(step->time, Time{99});
   EXPECT_EQ(follower.counts().malformed, 1U);
+}
+
+/// As a reader reads it.
+template <class PubSubType>
+bool intact(const Bytes& bytes) {
+  WireType<PubSubType> type;
+  Payload payload(static_cast<std::uint32_t>(bytes.size()));
+  std::copy(bytes.begin(), bytes.end(), payload.data);
+  payload.length = static_cast<std::uint32_t>(bytes.size());
+  payload.encapsulation = bytes[1] == 0 ? CDR_BE : CDR_LE;
+  WireSample<typename PubSubType::type> sample;
+  EXPECT_TRUE(type.deserialize(&payload, &sample));
+  return sample.intact;
+}
+
+TEST(DdsMalformed, AnIntegrityRecordThatClaimsMoreSourcesThanThereAre) {
+  using Type = wire::IntegrityV3PubSubType;
+  for (const char* name : {"k", "ks", "ksl", "kslv"}) {  // each with other padding
+    Integrity record = test::sample<Integrity>();
+    record.target = name;
+    record.chain = name;
+    record.sources.clear();
+    wire::IntegrityV3 sample;
+    to_wire(record, sample);
+    Bytes bytes = serialized<Type>(sample);
+    EXPECT_TRUE(intact<Type>(bytes)) << name;
+    ASSERT_TRUE(std::all_of(bytes.end() - 4, bytes.end(), [](auto b) { return b == 0; })) << "the length comes last";
+    std::fill(bytes.end() - 4, bytes.end(), std::uint8_t{0xff});
+    EXPECT_FALSE(intact<Type>(bytes)) << name;
+    bytes.resize(bytes.size() - 4);
+    EXPECT_FALSE(intact<Type>(bytes)) << name << ": no length";
+  }
+  wire::IntegrityV3 sample;
+  to_wire(test::sample<Integrity>(), sample);
+  const Bytes good = serialized<Type>(sample);
+  EXPECT_TRUE(intact<Type>(good));
+  for (std::size_t length = 4; length + 3 < good.size(); ++length)
+    EXPECT_FALSE(intact<Type>({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)})) << length;
 }
 
 }  // namespace

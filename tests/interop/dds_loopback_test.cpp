@@ -105,6 +105,9 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   status.archive_state = "recording";
   status.mismatch = "1 of others: range/gps";
   status.state = "running";
+  status.utc = {true, true, -1e-6, 2e-3};
+  status.acknowledgements = {{input_index<OperatorCommand>, "kim", 12, "no source is named 'x'"},
+                             {input_index<MissionEvent>, "flight-3", 13, ""}};
   Outputs::for_each([&]<class Output>() { writers.emit(test::sample<Output>()); });
   writers.publish(status);
 
@@ -128,6 +131,8 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   EXPECT_EQ(received.archive_state, status.archive_state);
   EXPECT_EQ(received.mismatch, status.mismatch);
   EXPECT_EQ(received.state, status.state);
+  EXPECT_EQ(received.utc, status.utc);
+  EXPECT_EQ(received.acknowledgements, status.acknowledgements);
   EXPECT_EQ(writers.counts().failures, 0U);
 }
 
@@ -191,7 +196,8 @@ TEST(DdsLoopback, AccountsOfOneSourceAreToldApartByTheirNode) {
   OutputCallbacks callbacks;
   callbacks.result = [&](const Result& result) { results.add(result); };
   callbacks.health = [&](const SourceHealth& health, const Name& node) { accounts.add({node, health}); };
-  OutputSelection only_health{false, false, false, false, true, false};
+  OutputSelection only_health;
+  only_health.bias = only_health.trajectory = only_health.integrity = only_health.slaving = only_health.status = false;
   OutputReaders readers(consumer, only_health, callbacks);
   OutputWriters first_writers(first, {});
   OutputWriters second_writers(second, {});

@@ -220,6 +220,32 @@ inline Trajectory sample<Trajectory>() {
 }
 
 template <>
+inline Integrity sample<Integrity>() {
+  Integrity integrity;
+  integrity.target = "kslv";
+  integrity.time = {5000};
+  integrity.liftoff = {4000};
+  integrity.liftoff_valid = true;
+  integrity.chain = "without-jeju-tm";
+  integrity.held_by = "kim";
+  integrity.bound_m = 75;
+  integrity.bound_valid = true;
+  integrity.events = 17;
+  integrity.sources = {{.sensor = "goheung-radar", .verdict = IntegrityVerdict::Suspect, .by = "integrity"},
+                       {.sensor = "jeju-tm",
+                        .verdict = IntegrityVerdict::Excluded,
+                        .why = Finding::Impossible,
+                        .since = {4500},
+                        .onset = {4400},
+                        .test_value = 12.5,
+                        .against = 0x8000000000000001,
+                        .apart_m = 5000,
+                        .agree_m = 12,
+                        .by = "integrity"}};
+  return integrity;
+}
+
+template <>
 inline SlavingCommand sample<SlavingCommand>() {
   SlavingCommand command;
   command.antenna = "jeju-antenna";
@@ -268,6 +294,15 @@ inline SourceHealth sample<SourceHealth>() {
   health.nis_inside_95 = 0.925;
   health.nis_count = 1000;
   health.mismatch = true;
+  health.residual_m = 12.5;
+  health.expected_m = 11.5;
+  health.residual_rad = 0.002;
+  health.expected_rad = 0.001;
+  health.suspect = true;
+  health.forced = true;
+  health.since = {4};
+  health.by = "integrity";
+  health.reason = "pointing steps since the gust at T+60";
   return health;
 }
 

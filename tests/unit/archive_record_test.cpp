@@ -156,7 +156,9 @@ TEST(ArchiveRecord, EnumerationsEndAlike) {
   EXPECT_EQ(static_cast<int>(record::BiasTerm_MAX), static_cast<int>(BiasTerm::TimeTag));
   EXPECT_EQ(static_cast<int>(record::BiasState_MAX), static_cast<int>(BiasState::Frozen));
   EXPECT_EQ(static_cast<int>(record::SlavingSource_MAX), static_cast<int>(SlavingSource::Nominal));
-  EXPECT_EQ(static_cast<int>(record::Disqualification_MAX), static_cast<int>(Disqualification::Rejected));
+  EXPECT_EQ(static_cast<int>(record::Disqualification_MAX), static_cast<int>(Disqualification::Excluded));
+  EXPECT_EQ(static_cast<int>(record::IntegrityVerdict_MAX), static_cast<int>(IntegrityVerdict::Ambiguous));
+  EXPECT_EQ(static_cast<int>(record::Finding_MAX), static_cast<int>(Finding::Impossible));
   EXPECT_EQ(static_cast<int>(record::TrackMode_MAX), static_cast<int>(TrackMode::Slaved));
   EXPECT_EQ(static_cast<int>(record::FixType_MAX), static_cast<int>(FixType::Differential));
   EXPECT_EQ(static_cast<int>(record::MissionEventKind_MAX), static_cast<int>(MissionEventKind::Recycle));

@@ -50,7 +50,7 @@ using Measurements = RecordList<RadarTspi, GpsFix, AngleTspi>;
 static_assert(Measurements::size == std::variant_size_v<Measured>);
 
 /// What the engine makes, in the order of the stages.
-using Outputs = RecordList<Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth>;
+using Outputs = RecordList<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth>;
 
 /// How the middleware is to treat a topic: the quality-of-service profile of config/dds-qos.xml that has its name.
 enum class Delivery : std::uint8_t {
@@ -161,6 +161,14 @@ struct MessageInfo<Trajectory> {
   static constexpr std::string_view topic = "downrange/trajectory";
   static constexpr Delivery delivery = Delivery::Owned;
   static OwnedKey key(const Trajectory& r) { return {r.target, r.method}; }
+};
+
+/// Owned, as the trajectory is: whom the antennas follow says whom they do not follow.
+template <>
+struct MessageInfo<Integrity> {
+  static constexpr std::string_view topic = "downrange/integrity";
+  static constexpr Delivery delivery = Delivery::Owned;
+  static OwnedKey key(const Integrity& r) { return {r.target, {}}; }
 };
 
 template <>

@@ -183,8 +183,9 @@ enum class Reason : std::uint8_t {
   NoPosition,         ///< latitude and longitude 0, or the Earth's centre: what receivers say that know nothing
   AwayFromPad,        ///< before lift-off, farther from the pad than pad.radius_m
   Slaved,             ///< the instrument follows somebody's pointing: no measurement of its own
+  Inhibited,          ///< an operator ordered that the source is not used
 };
-inline constexpr std::size_t reason_count = 15;
+inline constexpr std::size_t reason_count = 16;
 /// The reason in snake_case, as logs, screens and archives show it.
 [[nodiscard]] std::string_view to_string(Reason reason);
 

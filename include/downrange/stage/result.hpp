@@ -116,13 +116,32 @@ struct SlavingCommand {
 /// What INTEGRITY thinks of a source. Order is the wire's: append only.
 enum class IntegrityVerdict : std::uint8_t { Agrees, Suspect, Excluded, Ambiguous };
 
+/// What speaks most against a source. Order is the wire's: append only.
+enum class Finding : std::uint8_t {
+  None,
+  CoarsePosition,  ///< tracks of disjoint or nested sets of sources differ
+  CoarseVelocity,
+  FinePosition,  ///< a fix against a radar's plots, or radar against radar, with the biases of seconds ago
+  FineVelocity,
+  ImplausibleBias,  ///< what was learnt of its bias is far outside what was assumed
+  CommonBias,       ///< the same term in all radars: it is the GPS's
+  DifferingCopy,    ///< stations relay one fix differently
+  OffPad,           ///< before lift-off it does not see the vehicle where the pad is
+  Impossible,       ///< no vehicle does that
+};
+
 /// One source of a target, as INTEGRITY judges it.
 struct SourceIntegrity {
   Name sensor;
   IntegrityVerdict verdict = IntegrityVerdict::Agrees;
-  Time since;             ///< of this verdict
-  double test_value = 0;  ///< of the test that speaks most against it, in units of its threshold
-  Name by;                ///< "integrity", or the operator who ordered it; empty where nobody did
+  Finding why = Finding::None;
+  Time since;                 ///< of this verdict
+  Time onset;                 ///< it disagreed no later than this; 0: it does not
+  double test_value = 0;      ///< of the test that speaks most against it, in units of its threshold
+  std::uint64_t against = 0;  ///< bit i: it disagrees with sources[i] of the record
+  double apart_m = 0;         ///< how far from these
+  double agree_m = 0;         ///< how far these are from each other; 0: one alone, or not known
+  Name by;                    ///< "integrity", or the operator who ordered it; empty where nobody did
 
   bool operator==(const SourceIntegrity&) const = default;
 };
@@ -130,8 +149,11 @@ struct SourceIntegrity {
 /// Which sources of a target agree, who is excluded, and how far one lying source can move the track.
 struct Integrity {
   Name target;
-  Time time;           ///< the tick that judged
+  Time time;     ///< the tick that judged
+  Time liftoff;  ///< announced or found from motion, where liftoff_valid
+  bool liftoff_valid = false;
   Name chain;          ///< selected: empty, "without-NAME" or "only-NAME"
+  Name held_by;        ///< the operator who holds the target on `chain`; empty: INTEGRITY selects
   double bound_m = 0;  ///< where bound_valid; else nothing bounds what one lie can do
   bool bound_valid = false;
   std::uint64_t events = 0;              ///< counts up with every change of a verdict or of the chain
@@ -143,8 +165,10 @@ struct Integrity {
 /// Why a source is not qualified. Order is the wire's: append only.
 enum class Disqualification : std::uint8_t {
   None,
-  Silent,    ///< nothing came for three of its nominal periods (a second at least), of GPS for align.gps_max_age
-  Rejected,  ///< its last 10 messages in a row, or its receiver is frozen, or it is not configured
+  Silent,     ///< nothing came for three of its nominal periods (a second at least), of GPS for align.gps_max_age
+  Rejected,   ///< all its messages for some seconds, or its receiver is frozen, or it is not configured
+  Inhibited,  ///< by an operator
+  Excluded,   ///< by INTEGRITY
 };
 
 /// Running account of one source at one node.
@@ -157,15 +181,27 @@ struct SourceHealth {
   std::array<std::uint64_t, reason_count> count{};  ///< by Reason; [Accepted] is what stands after the method's gate
   double residual_mean = 0;                         ///< of the normalised innovations, running
   double residual_sigma = 0;                        ///< 1 when noise and covariance are right
-  double nis = 0;                                   ///< running mean over degrees of freedom; 1 when right
-  bool qualified = false;                           ///< delivering and not mostly rejected
-  Disqualification why = Disqualification::None;    ///< it is not qualified
-  Reason rejected_for = Reason::Accepted;           ///< of the newest message, where `why` is Rejected
+  /// In units: root mean square of what the source differs from the track, over about ten seconds, and beside each what
+  /// noise and covariance let expect. A radar's range, a fix's position per axis. 0 where nothing of that kind was
+  /// weighed.
+  double residual_m = 0;
+  double expected_m = 0;
+  double residual_rad = 0;  ///< angles, on the sky, per axis
+  double expected_rad = 0;
+  double nis = 0;                                 ///< running mean over degrees of freedom; 1 when right
+  bool qualified = false;                         ///< delivering and not mostly rejected
+  Disqualification why = Disqualification::None;  ///< it is not qualified
+  Reason rejected_for = Reason::Accepted;         ///< of the newest message, where `why` is Rejected
   double nis_inside_95 = 1;  ///< share of the last `nis_count` NIS inside their 95 % region: 0.95 when right
   int nis_count = 0;         ///< up to the mismatch alarm's window; 0: nothing was weighed, the share says nothing
   /// The mismatch alarm rings: what the filter assumes of this source (most often its bias blocks) is wrong. The source
   /// stays qualified and in use.
   bool mismatch = false;
+  bool suspect = false;  ///< INTEGRITY doubts it, and does not exclude it
+  bool forced = false;   ///< an operator's order: INTEGRITY may not exclude it
+  Time since;            ///< it is so since: qualified, suspect, or not qualified for what `why` says
+  Name by;               ///< who says so: "integrity" or an operator; empty: the account itself
+  Remark reason;         ///< the operator's
 
   bool operator==(const SourceHealth&) const = default;
 };
@@ -174,7 +210,7 @@ struct SourceHealth {
 /// known.
 [[nodiscard]] std::string_view why_not_qualified(const SourceHealth& health);
 
-using Result = std::variant<Observation, SensorBias, Trajectory, SlavingCommand, SourceHealth>;
+using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth>;
 
 /// Receives results in the order the engine made them. Called from the engine's thread; must not throw.
 class ResultSink {

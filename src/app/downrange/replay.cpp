@@ -131,7 +131,7 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
   std::printf("%s: %llu events over %.1f s replayed in %.2f s (%.0f times real time)\n", o.archive.c_str(),
               static_cast<unsigned long long>(events), flight_s, took, took > 0 ? flight_s / took : 0.0);
   static constexpr std::array<const char*, std::variant_size_v<Result>> names{
-      "observations", "bias records", "trajectory records", "slaving commands", "health records"};
+      "observations", "bias records", "trajectory records", "integrity records", "slaving commands", "health records"};
   for (std::size_t i = 0; i < names.size(); ++i)
     std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
   const int verdicts = judge_verdicts(counter, o);

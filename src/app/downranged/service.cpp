@@ -35,6 +35,8 @@ dds::OutputOptions output_options(const config::ServiceConfig& config) {
   options.results = config.node.stages.fuse;
   for (const AntennaConfig& antenna : config.range.antennas)
     options.owned_keys<SlavingCommand>().emplace_back(antenna.id, Name{});
+  for (const TargetConfig& target : config.range.targets)
+    options.owned_keys<Integrity>().emplace_back(target.id, Name{});
   for (const Name& method : config.range.fuse.methods) {
     for (const TargetConfig& target : config.range.targets)
       options.owned_keys<Trajectory>().emplace_back(target.id, method);

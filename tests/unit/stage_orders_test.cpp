@@ -1,0 +1,139 @@
+/// What operators may order, what of it is in force, and that ingest obeys.
+#include <gtest/gtest.h>
+
+#include "../support/small_range.hpp"
+#include "stage/ingest.hpp"
+#include "stage/orders.hpp"
+
+namespace downrange {
+namespace {
+
+using test::liftoff;
+using test::small_range;
+
+/// Sources of small_range by SourceId.
+constexpr SourceId goheung = 0;
+constexpr SourceId jeju = 1;
+
+OperatorCommand order(OperatorOrder what, const Name& subject, double t, const Name& argument = {}) {
+  OperatorCommand command;
+  command.operator_id = "kim";
+  command.order = what;
+  command.subject = subject;
+  command.argument = argument;
+  command.reason = "as agreed with flight safety";
+  command.epoch = liftoff + seconds(t);
+  command.received = command.epoch;
+  command.simulated = true;
+  return command;
+}
+
+TEST(Orders, NobodyOrderedAnything) {
+  const Orders orders(small_range());
+  EXPECT_FALSE(orders.inhibited(goheung) || orders.forced(goheung));
+  EXPECT_EQ(orders.of(goheung), nullptr);
+  EXPECT_TRUE(orders.held_chain(0).empty());
+}
+
+TEST(Orders, TheNewestOrderOnASourceHolds) {
+  Orders orders(small_range());
+  orders.note(order(OperatorOrder::Inhibit, "goheung", 10));
+  EXPECT_TRUE(orders.inhibited(goheung));
+  EXPECT_FALSE(orders.inhibited(jeju)) << "another's";
+  ASSERT_NE(orders.of(goheung), nullptr);
+  EXPECT_EQ(orders.of(goheung)->by, Name("kim"));
+  EXPECT_EQ(orders.of(goheung)->reason, Remark("as agreed with flight safety"));
+  EXPECT_EQ(orders.of(goheung)->since, liftoff + seconds(10));
+  orders.note(order(OperatorOrder::Force, "goheung", 11));
+  EXPECT_TRUE(orders.forced(goheung) && !orders.inhibited(goheung));
+  orders.note(order(OperatorOrder::Release, "goheung", 12));
+  EXPECT_EQ(orders.of(goheung), nullptr);
+}
+
+TEST(Orders, HistoryThatIsToldAgainChangesNothing) {
+  Orders orders(small_range());
+  orders.note(order(OperatorOrder::Inhibit, "goheung", 10));
+  orders.note(order(OperatorOrder::Release, "goheung", 12));
+  OperatorCommand again = order(OperatorOrder::Inhibit, "goheung", 10);
+  again.received = liftoff + seconds(20);
+  orders.note(again);
+  EXPECT_FALSE(orders.inhibited(goheung));
+}
+
+TEST(Orders, ATargetIsHeldOnAChainUntilReleased) {
+  Orders orders(small_range());
+  for (const char* chain : {"all", "without-jeju", "only-goheung", "without-GPS", "only-radars", "only-GPS"}) {
+    orders.note(order(OperatorOrder::HoldChain, "kslv", 1, chain));
+    EXPECT_EQ(orders.held_chain(0), Name(chain));
+  }
+  for (const char* chain : {"", "without-nobody", "joint", "only-", "only-goheung-tgs", "without-radars"}) {
+    const OperatorCommand bad = order(OperatorOrder::HoldChain, "kslv", 2, chain);
+    EXPECT_NE(orders.refusal(bad).find("is no chain"), std::string::npos) << chain;
+    orders.note(bad);
+    EXPECT_EQ(orders.held_chain(0), Name("only-GPS")) << chain;
+  }
+  orders.note(order(OperatorOrder::Release, "kslv", 3));
+  EXPECT_TRUE(orders.held_chain(0).empty());
+  EXPECT_EQ(orders.hold_of(0), nullptr);
+}
+
+TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
+  const Orders orders(small_range());
+  const auto refused = [&](OperatorCommand command) { return orders.refusal(command); };
+  EXPECT_EQ(refused(order(OperatorOrder::Inhibit, "goheung", 1)), "");
+  EXPECT_EQ(refused(order(OperatorOrder::Inhibit, "gohung", 1)),
+            "no source is named 'gohung': there are goheung, jeju, goheung-tgs, jeju-tgs");
+  EXPECT_EQ(refused(order(OperatorOrder::HoldChain, "goheung", 1, "all")),
+            "no target is named 'goheung': there are kslv");
+  EXPECT_EQ(refused(order(OperatorOrder::Release, "nobody", 1)), "neither a source nor a target is named 'nobody'");
+  EXPECT_EQ(refused(order(OperatorOrder::TrimAntenna, "goheung-tm", 1)),
+            "this version does not carry out such an order");
+  OperatorCommand command = order(OperatorOrder::Inhibit, "goheung", 1);
+  command.operator_id = {};
+  EXPECT_EQ(refused(command), "it does not say who orders");
+  command = order(OperatorOrder::Inhibit, "goheung", 1);
+  command.reason = {};
+  EXPECT_EQ(refused(command), "it gives no reason");
+  command = order(OperatorOrder::Inhibit, "goheung", 1);
+  command.simulated = false;
+  EXPECT_EQ(refused(command), "this node takes orders of simulated flights only");
+  command = order(OperatorOrder::Inhibit, "goheung", 1);
+  command.received = command.epoch - milliseconds(101);
+  EXPECT_NE(refused(command).find("dated in the future"), std::string::npos);
+}
+
+TEST(Ingest, AnInhibitedSourceIsRejectedUntilItIsReleased) {
+  const RangeConfig range = small_range();
+  Ingest ingest(range);
+  const auto judge = [&](std::size_t radar, double t) {
+    return ingest.judge(test::plot_at(range.radars[radar], t, static_cast<std::uint64_t>(100 * t))).verdict;
+  };
+  EXPECT_EQ(judge(0, 30), Reason::Accepted);
+  ingest.note(order(OperatorOrder::Inhibit, "goheung", 30.1));
+  EXPECT_EQ(judge(0, 30.2), Reason::Inhibited);
+  EXPECT_EQ(judge(1, 30.2), Reason::Accepted) << "another source";
+  ingest.note(order(OperatorOrder::Force, "goheung", 30.3));
+  EXPECT_EQ(judge(0, 30.4), Reason::Accepted) << "forced: used";
+  ingest.note(order(OperatorOrder::Inhibit, "goheung", 30.5));
+  ingest.note(order(OperatorOrder::Release, "goheung", 30.6));
+  EXPECT_EQ(judge(0, 30.7), Reason::Accepted);
+}
+
+TEST(Ingest, TheFixOfAnInhibitedStationIsTakenFromAnother) {
+  const RangeConfig range = small_range();
+  Ingest ingest(range);
+  ingest.note(order(OperatorOrder::Inhibit, "goheung-tgs", 29));
+  EXPECT_EQ(ingest.judge(test::fix_at("goheung-tgs", 30, 1)).verdict, Reason::Inhibited);
+  EXPECT_EQ(ingest.judge(test::fix_at("jeju-tgs", 30, 1, 0.6)).verdict, Reason::Accepted) << "no duplicate";
+}
+
+TEST(Ingest, ACentreInhibitsWhatItsIngestNodesAccepted) {
+  const RangeConfig range = small_range();
+  const Observation accepted = Ingest(range).judge(test::plot_at(range.radars[0], 30, 1));
+  Ingest centre(range);
+  centre.note(order(OperatorOrder::Inhibit, "goheung", 29));
+  EXPECT_EQ(centre.judge(accepted).verdict, Reason::Inhibited);
+}
+
+}  // namespace
+}  // namespace downrange
