@@ -182,7 +182,7 @@ expect 0 "recording goes on in $work/taken-2.mcap" cat "$work/record.log"
 expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 229 --plain --idle 1.5
 
 # A live node never takes simulated input: every message rejected, no track, no pointing.
-expect 1 "0 slaving commands" "$downrange" replay "$work/good.mcap" --config "$naro"
+expect 1 "0 downrange/slaving" "$downrange" replay "$work/good.mcap" --config "$naro"
 expect 1 "measurements was accepted" "$downrange" replay "$work/good.mcap" --config "$naro"
 expect 1 "is written: of each measurement, why it was rejected" \
   "$downrange" replay "$work/good.mcap" --config "$naro" --out "$work/rejected.mcap"

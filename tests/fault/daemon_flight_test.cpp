@@ -40,7 +40,7 @@ class Site {
  private:
   static dds::OutputSelection selection() {
     dds::OutputSelection selection;
-    selection.bias = selection.trajectory = selection.slaving = selection.health = false;
+    selection.results = selection.health = false;
     return selection;
   }
   void keep(const dds::ServiceStatus& status) {

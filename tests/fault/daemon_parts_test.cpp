@@ -143,7 +143,7 @@ TEST(ServiceTest, UtcSteppedBackBeginsANewFlightThatTicksAtOnce) {
   std::mutex mutex;
   dds::ServiceStatus last;
   dds::OutputSelection selection;
-  selection.bias = selection.trajectory = selection.slaving = selection.health = false;
+  selection.results = selection.health = false;
   const dds::OutputReaders readers(site, selection, {{}, [&](const dds::ServiceStatus& status) {
                                                        const std::lock_guard lock(mutex);
                                                        last = status;

@@ -79,7 +79,7 @@ class Site {
  private:
   static dds::OutputSelection selection() {
     dds::OutputSelection selection;
-    selection.bias = selection.trajectory = selection.slaving = false;
+    selection.results = false;
     return selection;
   }
 

@@ -48,9 +48,10 @@ std::vector<Event> flight_events(std::uint64_t step) {
   }
   if (step % 500 == 1) {
     events.emplace_back(sample_mark(step));
-    events.emplace_back(test::sample<OperatorCommand>());
-    events.emplace_back(test::sample<AntennaReport>());
-    events.emplace_back(test::sample<PlatformState>());
+    Inputs::for_each([&]<class Input>() {
+      if constexpr (!Measurements::contains<Input> && !std::is_same_v<Input, MissionEvent>)
+        events.emplace_back(test::sample<Input>());
+    });
   }
   return events;
 }

@@ -231,17 +231,18 @@ inline Integrity sample<Integrity>() {
   integrity.bound_m = 75;
   integrity.bound_valid = true;
   integrity.events = 17;
-  integrity.sources = {{.sensor = "goheung-radar", .verdict = IntegrityVerdict::Suspect, .by = "integrity"},
-                       {.sensor = "jeju-tm",
-                        .verdict = IntegrityVerdict::Excluded,
-                        .why = Finding::Impossible,
-                        .since = {4500},
-                        .onset = {4400},
-                        .test_value = 12.5,
-                        .against = 0x8000000000000001,
-                        .apart_m = 5000,
-                        .agree_m = 12,
-                        .by = "integrity"}};
+  integrity.sources = {
+      {.sensor = "goheung-radar", .verdict = IntegrityVerdict::Suspect, .since = {}, .onset = {}, .by = "integrity"},
+      {.sensor = "jeju-tm",
+       .verdict = IntegrityVerdict::Excluded,
+       .why = Finding::Impossible,
+       .since = {4500},
+       .onset = {4400},
+       .test_value = 12.5,
+       .against = 0x8000000000000001,
+       .apart_m = 5000,
+       .agree_m = 12,
+       .by = "integrity"}};
   return integrity;
 }
 

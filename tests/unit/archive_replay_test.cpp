@@ -35,6 +35,26 @@ TEST(ArchiveReplay, StreamsTheEventsInOrderAndTheLastTick) {
   EXPECT_EQ(source.progress(), 1.0);
 }
 
+TEST(ArchiveReplay, EveryInputIsReplayedAndEveryOutputReadBack) {
+  const TemporaryFolder folder;
+  std::vector<Event> written;
+  {
+    Writer writer(folder / "all.mcap");
+    Inputs::for_each([&]<class Input>() {
+      written.emplace_back(sample_at<Input>(static_cast<std::int64_t>(10 * written.size())));
+      writer.write(written.back());
+    });
+    Outputs::for_each([&]<class Output>() { writer.write(Result(test::sample<Output>())); });
+  }
+  EventSource source(folder / "all.mcap");
+  for (const Event& event : written) EXPECT_EQ(source.next(), event) << "input " << event.index();
+  EXPECT_FALSE(source.next());
+  Reader reader(folder / "all.mcap");
+  std::size_t outputs = 0;
+  while (const auto entry = reader.next()) outputs += entry->role == Role::Output ? 1U : 0U;
+  EXPECT_EQ(outputs, Outputs::size);
+}
+
 TEST(ArchiveReplay, GivesTheAttachedConfiguration) {
   const TemporaryFolder folder;
   {

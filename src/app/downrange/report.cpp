@@ -2,6 +2,7 @@
 #include <archive/reader.hpp>
 #include <archive/replay.hpp>
 #include <array>
+#include <downrange/stage/catalogue.hpp>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -92,8 +93,7 @@ struct Flight {
 
 /// Results beside observations, which a centre has as inputs.
 bool is_result(const archive::Record& record) {
-  return std::holds_alternative<Trajectory>(record) || std::holds_alternative<SensorBias>(record) ||
-         std::holds_alternative<SlavingCommand>(record) || std::holds_alternative<SourceHealth>(record);
+  return std::visit([]<class T>(const T&) { return Outputs::contains<T> && !std::is_same_v<T, Observation>; }, record);
 }
 
 /// `outliers` gets the plots.
