@@ -25,11 +25,6 @@ struct MessageInfo<archive::Truth> {
 
 namespace downrange::archive {
 
-/// Every kind of record once. The place is the record's kind and, plus one, the id of its schema. Free to change: a
-/// file says itself what its ids mean.
-using Records =
-    RecordList<MissionEvent, RadarTspi, GpsFix, AngleTspi, OperatorCommand, AntennaReport, PlatformState, ClockGap,
-               Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth, LastTick, Truth>;
 using RecordKind = std::size_t;
 template <class T>
 inline constexpr RecordKind kind_of_record = Records::index_of<T>();

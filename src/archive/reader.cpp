@@ -1,4 +1,3 @@
-#include <archive/convert.hpp>
 #include <archive/reader.hpp>
 #include <archive/record_catalogue.hpp>
 #include <text/printable.hpp>

@@ -6,11 +6,9 @@
 #include <downrange/geo/frames.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/time.hpp>
-#include <downrange/stage/event.hpp>
-#include <downrange/stage/result.hpp>
+#include <downrange/stage/catalogue.hpp>
 #include <stdexcept>
 #include <string>
-#include <variant>
 
 namespace downrange::archive {
 
@@ -35,9 +33,10 @@ struct BadRecord {
   std::string what;
 };
 
-using Record = std::variant<RadarTspi, GpsFix, MissionEvent, Observation, SensorBias, Trajectory, Integrity,
-                            SlavingCommand, SourceHealth, LastTick, Truth, AngleTspi, OperatorCommand, AntennaReport,
-                            PlatformState, ClockGap, BadRecord>;
+/// Every kind of record once. The place is the record's kind and, plus one, the id of its schema. Free to change: a
+/// file says itself what its ids mean.
+using Records = decltype(Inputs{} + RecordList<ClockGap>{} + Outputs{} + RecordList<LastTick, Truth>{});
+using Record = Records::Variant<BadRecord>;
 
 /// Which side of the engine a message was on. An Observation can be either: consumed by a centre, made by an ingest.
 enum class Role : std::uint8_t { Input, Output, Mark, Truth };

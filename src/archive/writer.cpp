@@ -1,4 +1,3 @@
-#include <archive/convert.hpp>
 #include <archive/record_catalogue.hpp>
 #include <archive/writer.hpp>
 #include <vector>
@@ -14,14 +13,20 @@ struct Stamp {
   Time publish;
 };
 
-Stamp stamp(const SlavingCommand& command) { return {command.tick, command.apply_at}; }
-Stamp stamp(const Integrity& integrity) { return {integrity.time, integrity.time}; }
-Stamp stamp(const SourceHealth& health) { return {health.time, health.time}; }
-Stamp stamp(const LastTick& last) { return {last.tick, last.tick}; }
-Stamp stamp(const Truth& truth) { return {truth.epoch, truth.epoch}; }
+/// log_time = received, publish_time = epoch; of records that have not both, the one time they have.
 template <class T>
 Stamp stamp(const T& record) {
-  return {record.received, record.epoch};
+  if constexpr (std::is_same_v<T, SlavingCommand>) {
+    return {record.tick, record.apply_at};
+  } else if constexpr (requires { record.received; }) {
+    return {record.received, record.epoch};
+  } else if constexpr (requires { record.epoch; }) {
+    return {record.epoch, record.epoch};
+  } else if constexpr (requires { record.time; }) {
+    return {record.time, record.time};
+  } else {
+    return {record.tick, record.tick};
+  }
 }
 
 }  // namespace

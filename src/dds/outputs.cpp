@@ -105,12 +105,13 @@ class OutputReaders::Impl {
   Impl(Participant& participant, const OutputSelection& selection, OutputCallbacks callbacks)
       : callbacks_(std::move(callbacks)) {
     const EndpointOptions options{0, selection.lossless};
-    if (selection.observations) open<Observation>(participant, options);
-    if (selection.bias) open<SensorBias>(participant, options);
-    if (selection.trajectory) open<Trajectory>(participant, options);
-    if (selection.integrity) open<Integrity>(participant, options);
-    if (selection.slaving) open<SlavingCommand>(participant, options);
-    if (selection.health) open<SourceHealth>(participant, options);
+    Outputs::for_each([&]<class Record>() {
+      const bool own = MessageInfo<Record>::delivery == Delivery::Owned;
+      const bool wanted = std::is_same_v<Record, Observation> ? selection.observations
+                          : own                               ? selection.results
+                                                              : selection.health;
+      if (wanted) open<Record>(participant, options);
+    });
     if (selection.status) {
       status_.emplace(
           participant, topics::status, tally_,

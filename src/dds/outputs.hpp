@@ -61,10 +61,7 @@ class OutputWriters final : public ResultSink {
 
 struct OutputSelection {
   bool observations = false;
-  bool bias = true;
-  bool trajectory = true;
-  bool integrity = true;
-  bool slaving = true;
+  bool results = true;  ///< what nodes own: bias, trajectory, integrity, slaving
   bool health = true;
   bool status = true;
   /// On the range clock: receive every sample, and hold the flight back rather than lose one. False for screens.

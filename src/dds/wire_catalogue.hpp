@@ -1,5 +1,8 @@
 #pragma once
-/// Inside src/dds: the wire type of each message of stage/catalogue.hpp, and the inputs by number.
+/// Inside src/dds: the wire type of each message of stage/catalogue.hpp with the conversions to and from it, and the
+/// inputs by number.
+/// to_wire never fails. from_wire trusts nothing: a sample whose enumerators, sizes or names the types do not allow
+/// gives the defect and leaves the target in an unspecified state. Numbers are not judged: that is ingest's work.
 
 #include <downrange.h>
 #include <downrangePubSubTypes.h>
@@ -8,69 +11,112 @@
 #include <cstdint>
 #include <downrange/stage/catalogue.hpp>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace downrange::dds {
 
+/// Why a sample cannot be used; empty: it can.
+using Defect = std::string;
+
 template <class Record>
 struct WireOf;
-template <>
-struct WireOf<MissionEvent> {
-  using PubSubType = wire::MissionEventV2PubSubType;
-};
-template <>
-struct WireOf<RadarTspi> {
-  using PubSubType = wire::RadarTspiV2PubSubType;
-};
-template <>
-struct WireOf<GpsFix> {
-  using PubSubType = wire::GpsFixV2PubSubType;
-};
-template <>
-struct WireOf<AngleTspi> {
-  using PubSubType = wire::AngleTspiV2PubSubType;
-};
-template <>
-struct WireOf<OperatorCommand> {
-  using PubSubType = wire::OperatorCommandV2PubSubType;
-};
-template <>
-struct WireOf<AntennaReport> {
-  using PubSubType = wire::AntennaReportV2PubSubType;
-};
-template <>
-struct WireOf<PlatformState> {
-  using PubSubType = wire::PlatformStateV2PubSubType;
-};
-template <>
-struct WireOf<Observation> {
-  using PubSubType = wire::ObservationV2PubSubType;
-};
-template <>
-struct WireOf<SensorBias> {
-  using PubSubType = wire::SensorBiasV2PubSubType;
-};
-template <>
-struct WireOf<Trajectory> {
-  using PubSubType = wire::TrajectoryV2PubSubType;
-};
-template <>
-struct WireOf<Integrity> {
-  using PubSubType = wire::IntegrityV3PubSubType;
-};
-template <>
-struct WireOf<SlavingCommand> {
-  using PubSubType = wire::SlavingCommandV2PubSubType;
-};
-template <>
-struct WireOf<SourceHealth> {
-  using PubSubType = wire::SourceHealthV3PubSubType;
-};
-
 template <class Record>
 using PubSubTypeOf = typename WireOf<Record>::PubSubType;
 template <class Record>
 using Wire = typename PubSubTypeOf<Record>::type;
+
+template <>
+struct WireOf<MissionEvent> {
+  using PubSubType = wire::MissionEventV2PubSubType;
+};
+void to_wire(const MissionEvent& from, Wire<MissionEvent>& to);
+[[nodiscard]] Defect from_wire(const Wire<MissionEvent>& from, MissionEvent& to);
+
+template <>
+struct WireOf<RadarTspi> {
+  using PubSubType = wire::RadarTspiV2PubSubType;
+};
+void to_wire(const RadarTspi& from, Wire<RadarTspi>& to);
+[[nodiscard]] Defect from_wire(const Wire<RadarTspi>& from, RadarTspi& to);
+
+template <>
+struct WireOf<GpsFix> {
+  using PubSubType = wire::GpsFixV2PubSubType;
+};
+void to_wire(const GpsFix& from, Wire<GpsFix>& to);
+[[nodiscard]] Defect from_wire(const Wire<GpsFix>& from, GpsFix& to);
+
+template <>
+struct WireOf<AngleTspi> {
+  using PubSubType = wire::AngleTspiV2PubSubType;
+};
+void to_wire(const AngleTspi& from, Wire<AngleTspi>& to);
+[[nodiscard]] Defect from_wire(const Wire<AngleTspi>& from, AngleTspi& to);
+
+template <>
+struct WireOf<OperatorCommand> {
+  using PubSubType = wire::OperatorCommandV2PubSubType;
+};
+void to_wire(const OperatorCommand& from, Wire<OperatorCommand>& to);
+[[nodiscard]] Defect from_wire(const Wire<OperatorCommand>& from, OperatorCommand& to);
+
+template <>
+struct WireOf<AntennaReport> {
+  using PubSubType = wire::AntennaReportV2PubSubType;
+};
+void to_wire(const AntennaReport& from, Wire<AntennaReport>& to);
+[[nodiscard]] Defect from_wire(const Wire<AntennaReport>& from, AntennaReport& to);
+
+template <>
+struct WireOf<PlatformState> {
+  using PubSubType = wire::PlatformStateV2PubSubType;
+};
+void to_wire(const PlatformState& from, Wire<PlatformState>& to);
+[[nodiscard]] Defect from_wire(const Wire<PlatformState>& from, PlatformState& to);
+
+template <>
+struct WireOf<Observation> {
+  using PubSubType = wire::ObservationV2PubSubType;
+};
+void to_wire(const Observation& from, Wire<Observation>& to);
+[[nodiscard]] Defect from_wire(const Wire<Observation>& from, Observation& to);
+
+template <>
+struct WireOf<SensorBias> {
+  using PubSubType = wire::SensorBiasV2PubSubType;
+};
+void to_wire(const SensorBias& from, Wire<SensorBias>& to);
+[[nodiscard]] Defect from_wire(const Wire<SensorBias>& from, SensorBias& to);
+
+template <>
+struct WireOf<Trajectory> {
+  using PubSubType = wire::TrajectoryV2PubSubType;
+};
+void to_wire(const Trajectory& from, Wire<Trajectory>& to);
+[[nodiscard]] Defect from_wire(const Wire<Trajectory>& from, Trajectory& to);
+
+template <>
+struct WireOf<Integrity> {
+  using PubSubType = wire::IntegrityV3PubSubType;
+};
+void to_wire(const Integrity& from, Wire<Integrity>& to);
+[[nodiscard]] Defect from_wire(const Wire<Integrity>& from, Integrity& to);
+
+template <>
+struct WireOf<SlavingCommand> {
+  using PubSubType = wire::SlavingCommandV2PubSubType;
+};
+void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
+[[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);
+
+template <>
+struct WireOf<SourceHealth> {
+  using PubSubType = wire::SourceHealthV3PubSubType;
+};
+void to_wire(const SourceHealth& from, Wire<SourceHealth>& to);
+/// Counts of reasons that this program does not know are left out.
+[[nodiscard]] Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to);
 
 template <class Record>
 inline constexpr const char* topic_of = MessageInfo<Record>::topic.data();

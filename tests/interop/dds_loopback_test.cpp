@@ -196,8 +196,7 @@ TEST(DdsLoopback, AccountsOfOneSourceAreToldApartByTheirNode) {
   OutputCallbacks callbacks;
   callbacks.result = [&](const Result& result) { results.add(result); };
   callbacks.health = [&](const SourceHealth& health, const Name& node) { accounts.add({node, health}); };
-  OutputSelection only_health;
-  only_health.bias = only_health.trajectory = only_health.integrity = only_health.slaving = only_health.status = false;
+  const OutputSelection only_health{.results = false, .status = false};
   OutputReaders readers(consumer, only_health, callbacks);
   OutputWriters first_writers(first, {});
   OutputWriters second_writers(second, {});

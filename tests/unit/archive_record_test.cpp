@@ -1,6 +1,5 @@
 // Every record comes back as it was written: field by field, bit by bit, in every compression.
 
-#include <archive/convert.hpp>
 #include <archive/record_catalogue.hpp>
 #include <bit>
 #include <limits>

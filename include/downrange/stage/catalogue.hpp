@@ -31,6 +31,9 @@ struct RecordList {
   /// A tuple with one `Of` for each record.
   template <template <class> class Of>
   using Tuple = std::tuple<Of<Records>...>;
+  /// A variant of them, and of `More` behind them.
+  template <class... More>
+  using Variant = std::variant<Records..., More...>;
   /// Position of Record, `size` when it is not in the list.
   template <class Record>
   static constexpr std::size_t index_of() {
@@ -41,6 +44,9 @@ struct RecordList {
   template <class Record>
   static constexpr bool contains = index_of<Record>() < size;
 };
+/// Both lists, one behind the other; for decltype.
+template <class... A, class... B>
+RecordList<A..., B...> operator+(RecordList<A...>, RecordList<B...>);
 
 /// What comes from outside. Their order is that of events of equal `received` and the wire's InputTopic: append only.
 using Inputs = RecordList<MissionEvent, RadarTspi, GpsFix, AngleTspi, OperatorCommand, AntennaReport, PlatformState>;

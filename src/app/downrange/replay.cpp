@@ -2,6 +2,7 @@
 #include <archive/replay.hpp>
 #include <chrono>
 #include <cstdio>
+#include <downrange/stage/catalogue.hpp>
 #include <iostream>
 #include <numeric>
 
@@ -47,14 +48,14 @@ int judge_end(const archive::EventSource& source, const std::string& path) {
   return exit_cut_off;
 }
 
-/// How many results of each kind there were, and how many measurements of each verdict.
+/// How many results of each topic there were, and how many measurements of each verdict.
 struct Counter final : ResultSink {
   void emit(const Result& result) override {
-    ++count[result.index()];
+    std::visit([this]<class Record>(const Record&) { ++count[Outputs::index_of<Record>()]; }, result);
     if (const auto* observation = std::get_if<Observation>(&result)) count_verdict(*observation);
   }
   void count_verdict(const Observation& observation) { ++verdicts.at(static_cast<std::size_t>(observation.verdict)); }
-  std::array<std::uint64_t, std::variant_size_v<Result>> count{};
+  std::array<std::uint64_t, Outputs::size> count{};  ///< by the place in Outputs
   std::array<std::uint64_t, reason_count> verdicts{};
 };
 
@@ -130,10 +131,11 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
   const double flight_s = first ? (last - *first).seconds() : 0;
   std::printf("%s: %llu events over %.1f s replayed in %.2f s (%.0f times real time)\n", o.archive.c_str(),
               static_cast<unsigned long long>(events), flight_s, took, took > 0 ? flight_s / took : 0.0);
-  static constexpr std::array<const char*, std::variant_size_v<Result>> names{
-      "observations", "bias records", "trajectory records", "integrity records", "slaving commands", "health records"};
-  for (std::size_t i = 0; i < names.size(); ++i)
-    std::printf("  %9llu %s\n", static_cast<unsigned long long>(counter.count[i]), names[i]);
+  Outputs::for_each([&]<class Record>() {
+    const std::string_view topic = MessageInfo<Record>::topic;
+    std::printf("  %9llu %.*s\n", static_cast<unsigned long long>(counter.count[Outputs::index_of<Record>()]),
+                static_cast<int>(topic.size()), topic.data());
+  });
   const int verdicts = judge_verdicts(counter, o);
   if (code != exit_ok) return code;
   return verdicts != exit_ok ? verdicts : end;

@@ -1,180 +1,51 @@
-#include <algorithm>
-#include <archive/convert.hpp>
-#include <limits>
+/// What the engine makes, and the archive's own records.
+
+#include <archive/proto_field.hpp>
 
 namespace downrange::archive {
+
 namespace {
 
-void fault(Defect& defect, std::string what) {
-  if (defect.what.empty()) defect.what = std::move(what);
+void put_measured(const Plot& plot, record::Observation& out) {
+  put(plot.measured, out);
+  out.set_range_valid(plot.range_valid);
+  out.set_angles_valid(plot.angles_valid);
+  out.set_range_rate_m_s(plot.range_rate_m_s);
+  out.set_range_rate_valid(plot.range_rate_valid);
+  out.set_snr_db(plot.snr_db);
+  out.set_snr_valid(plot.snr_valid);
 }
 
-template <class Text = Name>
-Text name(const std::string& text, const char* field, Defect& defect) {
-  const auto parsed = Text::parse(text);
-  if (!parsed) {
-    fault(defect,
-          std::string(field) + ": longer than " + std::to_string(Text::max_size) + " characters or holding a NUL");
-  }
-  return parsed.value_or(Text());
+void put_measured(const Fix& fix, record::Observation& out) {
+  put(fix.position, out);
+  put(fix.velocity, out);
+  out.set_velocity_valid(fix.velocity_valid);
+  out.set_sigma_horizontal_m(fix.sigma_horizontal_m);
+  out.set_sigma_vertical_m(fix.sigma_vertical_m);
+  out.set_sigma_velocity_m_s(fix.sigma_velocity_m_s);
 }
 
-/// `last` is the highest enumerator.
-template <class Enum>
-Enum enumerator(int value, Enum last, const char* field, Defect& defect) {
-  if (value >= 0 && value <= static_cast<int>(last)) return static_cast<Enum>(value);
-  fault(defect, std::string(field) + ": no enumerator has the number " + std::to_string(value));
-  return Enum{};
-}
-
-std::uint8_t byte(std::uint32_t value, const char* field, Defect& defect) {
-  if (value > std::numeric_limits<std::uint8_t>::max()) fault(defect, std::string(field) + ": above 255");
-  return static_cast<std::uint8_t>(value);
-}
-
-/// Copies a repeated field of exactly `size` numbers to the front of a fixed array.
-template <class Field, class Array>
-void take(const Field& in, int size, Array& out, const char* field, Defect& defect) {
-  if (in.size() != size || in.size() > static_cast<int>(out.size())) {
-    fault(defect, std::string(field) + ": " + std::to_string(in.size()) + " entries instead of " +
-                      std::to_string(size) + " (at most " + std::to_string(out.size()) + ")");
-    return;
-  }
-  std::copy(in.begin(), in.end(), out.begin());
-}
-
-template <class Message>
-Position<Ecef> position(const Message& in) {
-  return {{in.position_x_m(), in.position_y_m(), in.position_z_m()}};
-}
-
-template <class Message>
-Velocity<Ecef> velocity(const Message& in) {
-  return {{in.velocity_x_m_s(), in.velocity_y_m_s(), in.velocity_z_m_s()}};
-}
-
-template <class Message>
-Polar polar(const Message& in) {
-  return {in.range_m(), in.azimuth_rad(), in.elevation_rad()};
+void put_measured(const Angles& angles, record::Observation& out) {
+  put(Polar{0, angles.azimuth_rad, angles.elevation_rad}, out);
+  out.set_range_valid(false);
+  out.set_angles_valid(true);
 }
 
 }  // namespace
 
-RadarTspi from_proto(const record::RadarTspi& in, Defect& defect) {
-  RadarTspi out;
-  out.sensor = name(in.sensor(), "sensor", defect);
-  out.target = name(in.target(), "target", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.measured = polar(in);
-  out.range_rate_m_s = in.range_rate_m_s();
-  out.range_rate_valid = in.range_rate_valid();
-  out.range_valid = !in.has_range_valid() || in.range_valid();
-  out.azimuth_valid = !in.has_azimuth_valid() || in.azimuth_valid();
-  out.elevation_valid = !in.has_elevation_valid() || in.elevation_valid();
-  out.mode = enumerator(in.mode(), TrackMode::Slaved, "mode", defect);
-  out.snr_db = in.snr_db();
-  out.snr_valid = in.has_snr_valid() ? in.snr_valid() : in.snr_db() != 0;
-  out.simulated = in.simulated();
-  return out;
-}
-
-GpsFix from_proto(const record::GpsFix& in, Defect& defect) {
-  GpsFix out;
-  out.target = name(in.target(), "target", defect);
-  out.receiver = name(in.receiver(), "receiver", defect);
-  out.station = name(in.station(), "station", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.position = position(in);
-  out.velocity = velocity(in);
-  out.velocity_valid = in.velocity_valid();
-  out.sigma_horizontal_m = in.sigma_horizontal_m();
-  out.sigma_vertical_m = in.sigma_vertical_m();
-  out.sigma_velocity_m_s = in.sigma_velocity_m_s();
-  out.fix = enumerator(in.fix(), FixType::Differential, "fix", defect);
-  out.satellites = byte(in.satellites(), "satellites", defect);
-  out.satellites_valid = in.has_satellites_valid() ? in.satellites_valid() : out.satellites > 0;
-  out.simulated = in.simulated();
-  return out;
-}
-
-AngleTspi from_proto(const record::AngleTspi& in, Defect& defect) {
-  AngleTspi out;
-  out.sensor = name(in.sensor(), "sensor", defect);
-  out.target = name(in.target(), "target", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.azimuth_rad = in.azimuth_rad();
-  out.elevation_rad = in.elevation_rad();
-  out.azimuth_valid = !in.has_azimuth_valid() || in.azimuth_valid();
-  out.elevation_valid = !in.has_elevation_valid() || in.elevation_valid();
-  out.mode = enumerator(in.mode(), TrackMode::Slaved, "mode", defect);
-  out.simulated = in.simulated();
-  return out;
-}
-
-MissionEvent from_proto(const record::MissionEvent& in, Defect& defect) {
-  MissionEvent out;
-  out.mission = name(in.mission(), "mission", defect);
-  out.label = name(in.label(), "label", defect);
-  out.kind = enumerator(in.kind(), MissionEventKind::Recycle, "kind", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.simulated = in.simulated();
-  return out;
-}
-
-OperatorCommand from_proto(const record::OperatorCommand& in, Defect& defect) {
-  OperatorCommand out;
-  out.operator_id = name(in.operator_id(), "operator_id", defect);
-  out.order = enumerator(in.order(), OperatorOrder::AcknowledgeAlarm, "order", defect);
-  out.subject = name(in.subject(), "subject", defect);
-  out.argument = name(in.argument(), "argument", defect);
-  out.azimuth_trim_rad = in.azimuth_trim_rad();
-  out.elevation_trim_rad = in.elevation_trim_rad();
-  out.reason = name<Remark>(in.reason(), "reason", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.simulated = in.simulated();
-  return out;
-}
-
-AntennaReport from_proto(const record::AntennaReport& in, Defect& defect) {
-  AntennaReport out;
-  out.antenna = name(in.antenna(), "antenna", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.azimuth_rad = in.azimuth_rad();
-  out.elevation_rad = in.elevation_rad();
-  out.azimuth_valid = in.azimuth_valid();
-  out.elevation_valid = in.elevation_valid();
-  out.mode = enumerator(in.mode(), AntennaMode::Autotrack, "mode", defect);
-  out.command_tick = {in.command_tick_ns()};
-  out.simulated = in.simulated();
-  return out;
-}
-
-PlatformState from_proto(const record::PlatformState& in, Defect& defect) {
-  PlatformState out;
-  out.antenna = name(in.antenna(), "antenna", defect);
-  out.sequence = in.sequence();
-  out.epoch = {in.epoch_ns()};
-  out.received = {in.received_ns()};
-  out.position = position(in);
-  out.velocity = velocity(in);
-  out.velocity_valid = in.velocity_valid();
-  out.heading_rad = in.heading_rad();
-  out.sigma_position_m = in.sigma_position_m();
-  out.sigma_heading_rad = in.sigma_heading_rad();
-  out.simulated = in.simulated();
-  return out;
+void to_proto(const Observation& in, record::Observation& out) {
+  out.Clear();  // of what another kind of measurement left
+  out.set_kind(wire<record::ObservationKind>(in.measured.index()));
+  out.set_verdict(wire<record::Reason>(in.verdict));
+  put(in.sensor, out.mutable_sensor());
+  put(in.target, out.mutable_target());
+  put(in.receiver, out.mutable_receiver());
+  out.set_sequence(in.sequence);
+  out.set_step(in.step);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  std::visit([&out](const auto& measured) { put_measured(measured, out); }, in.measured);
+  out.set_simulated(in.simulated);
 }
 
 namespace {
@@ -221,6 +92,20 @@ Observation from_proto(const record::Observation& in, Defect& defect) {
   return out;
 }
 
+void to_proto(const SensorBias& in, record::SensorBias& out) {
+  put(in.sensor, out.mutable_sensor());
+  put(in.method, out.mutable_method());
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_reference(wire<record::BiasReference>(in.reference));
+  out.set_samples(in.samples);
+  const int terms = std::clamp(in.terms, 0, max_bias_terms);  // a wrong count must not read past the arrays
+  put_first(in.term, terms, out.mutable_term());
+  put_first(in.state, terms, out.mutable_state());
+  put_first(in.value, terms, out.mutable_value());
+  put_first(in.covariance, triangle_size(terms), out.mutable_covariance());
+}
+
 SensorBias from_proto(const record::SensorBias& in, Defect& defect) {
   SensorBias out;
   out.sensor = name(in.sensor(), "sensor", defect);
@@ -240,9 +125,37 @@ SensorBias from_proto(const record::SensorBias& in, Defect& defect) {
     out.term[at] = enumerator(in.term(i), BiasTerm::TimeTag, "term", defect);
     out.state[at] = enumerator(in.state(i), BiasState::Frozen, "state", defect);
   }
-  take(in.value(), out.terms, out.value, "value", defect);
-  take(in.covariance(), triangle_size(out.terms), out.covariance, "covariance", defect);
+  copy_array(in.value(), out.terms, out.value, "value", defect);
+  copy_array(in.covariance(), triangle_size(out.terms), out.covariance, "covariance", defect);
   return out;
+}
+
+void to_proto(const Trajectory& in, record::Trajectory& out) {
+  put(in.target, out.mutable_target());
+  put(in.method, out.mutable_method());
+  out.set_primary(in.primary);
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_quality(wire<record::TrackQuality>(in.quality));
+  const int size = std::clamp(in.state_size, 0, max_state);
+  put_first(in.state, size, out.mutable_state());
+  put_first(in.covariance, triangle_size(size), out.mutable_covariance());
+  out.set_latitude_rad(in.geodetic.latitude_rad);
+  out.set_longitude_rad(in.geodetic.longitude_rad);
+  out.set_height_m(in.geodetic.height_m);
+  out.set_speed_m_s(in.speed_m_s);
+  out.set_flight_path_rad(in.flight_path_rad);
+  out.set_heading_rad(in.heading_rad);
+  out.set_sources(in.sources);
+  out.set_nis(in.nis);
+  out.set_nis_dof(in.nis_dof);
+  put(in.chain, out.mutable_chain());
+  out.set_bound_m(in.bound_m);
+  out.set_bound_valid(in.bound_valid);
+  const int deviations = in.deviation_valid ? 3 : 0;
+  put_first(in.deviation_m, deviations, out.mutable_deviation_m());
+  put_first(in.deviation_sigma_m, deviations, out.mutable_deviation_sigma_m());
+  out.set_deviation_valid(in.deviation_valid);
 }
 
 Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
@@ -258,8 +171,8 @@ Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
     return out;
   }
   out.state_size = in.state_size();
-  take(in.state(), out.state_size, out.state, "state", defect);
-  take(in.covariance(), triangle_size(out.state_size), out.covariance, "covariance", defect);
+  copy_array(in.state(), out.state_size, out.state, "state", defect);
+  copy_array(in.covariance(), triangle_size(out.state_size), out.covariance, "covariance", defect);
   out.geodetic = {in.latitude_rad(), in.longitude_rad(), in.height_m()};
   out.speed_m_s = in.speed_m_s();
   out.flight_path_rad = in.flight_path_rad();
@@ -272,10 +185,35 @@ Trajectory from_proto(const record::Trajectory& in, Defect& defect) {
   out.bound_valid = in.bound_valid();
   out.deviation_valid = in.deviation_valid();
   if (out.deviation_valid) {
-    take(in.deviation_m(), 3, out.deviation_m, "deviation_m", defect);
-    take(in.deviation_sigma_m(), 3, out.deviation_sigma_m, "deviation_sigma_m", defect);
+    copy_array(in.deviation_m(), 3, out.deviation_m, "deviation_m", defect);
+    copy_array(in.deviation_sigma_m(), 3, out.deviation_sigma_m, "deviation_sigma_m", defect);
   }
   return out;
+}
+
+void to_proto(const Integrity& in, record::Integrity& out) {
+  out.Clear();  // keeps the memory of its fields
+  put(in.target, out.mutable_target());
+  out.set_time_ns(in.time.ns);
+  out.set_liftoff_ns(in.liftoff.ns);
+  out.set_liftoff_valid(in.liftoff_valid);
+  put(in.chain, out.mutable_chain());
+  put(in.held_by, out.mutable_held_by());
+  out.set_bound_m(in.bound_m);
+  out.set_bound_valid(in.bound_valid);
+  out.set_events(in.events);
+  for (const SourceIntegrity& source : in.sources) {
+    put(source.sensor, out.add_sensor());
+    out.add_verdict(wire<record::IntegrityVerdict>(source.verdict));
+    out.add_why(wire<record::Finding>(source.why));
+    out.add_since_ns(source.since.ns);
+    out.add_onset_ns(source.onset.ns);
+    out.add_test_value(source.test_value);
+    out.add_against(source.against);
+    out.add_apart_m(source.apart_m);
+    out.add_agree_m(source.agree_m);
+    put(source.by, out.add_by());
+  }
 }
 
 Integrity from_proto(const record::Integrity& in, Defect& defect) {
@@ -312,6 +250,34 @@ Integrity from_proto(const record::Integrity& in, Defect& defect) {
   return out;
 }
 
+void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
+  put(in.antenna, out.mutable_antenna());
+  put(in.target, out.mutable_target());
+  out.set_tick_ns(in.tick.ns);
+  out.set_apply_at_ns(in.apply_at.ns);
+  out.set_valid_until_ns(in.valid_until.ns);
+  out.set_data_epoch_ns(in.data_epoch.ns);
+  out.set_age_s(in.age_s);
+  out.set_azimuth_rad(in.azimuth_rad);
+  out.set_elevation_rad(in.elevation_rad);
+  out.set_range_m(in.range_m);
+  out.set_azimuth_rate_rad_s(in.azimuth_rate_rad_s);
+  out.set_elevation_rate_rad_s(in.elevation_rate_rad_s);
+  out.set_range_rate_m_s(in.range_rate_m_s);
+  out.set_sigma_azimuth_rad(in.sigma_azimuth_rad);
+  out.set_sigma_elevation_rad(in.sigma_elevation_rad);
+  out.set_source(wire<record::SlavingSource>(in.source));
+  out.set_limits(in.limits);
+  out.set_azimuth_acceleration_rad_s2(in.azimuth_acceleration_rad_s2);
+  out.set_elevation_acceleration_rad_s2(in.elevation_acceleration_rad_s2);
+  out.set_acceleration_valid(in.acceleration_valid);
+  out.set_probability_in_beam(in.probability_in_beam);
+  out.set_probability_valid(in.probability_valid);
+  out.set_bound_rad(in.bound_rad);
+  out.set_bound_valid(in.bound_valid);
+  put(in.chain, out.mutable_chain());
+}
+
 SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   SlavingCommand out;
   out.antenna = name(in.antenna(), "antenna", defect);
@@ -342,6 +308,33 @@ SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   return out;
 }
 
+void to_proto(const SourceHealth& in, record::SourceHealth& out) {
+  put(in.sensor, out.mutable_sensor());
+  put(in.target, out.mutable_target());
+  out.set_time_ns(in.time.ns);
+  out.set_rate_hz(in.rate_hz);
+  out.set_latency_s(in.latency_s);
+  put_first(in.count, static_cast<int>(reason_count), out.mutable_count());
+  out.set_residual_mean(in.residual_mean);
+  out.set_residual_sigma(in.residual_sigma);
+  out.set_nis(in.nis);
+  out.set_qualified(in.qualified);
+  out.set_why(wire<record::Disqualification>(in.why));
+  out.set_rejected_for(wire<record::Reason>(in.rejected_for));
+  out.set_nis_inside_95(in.nis_inside_95);
+  out.set_nis_count(static_cast<std::uint32_t>(in.nis_count));
+  out.set_mismatch(in.mismatch);
+  out.set_residual_m(in.residual_m);
+  out.set_expected_m(in.expected_m);
+  out.set_residual_rad(in.residual_rad);
+  out.set_expected_rad(in.expected_rad);
+  out.set_suspect(in.suspect);
+  out.set_forced(in.forced);
+  out.set_since_ns(in.since.ns);
+  put(in.by, out.mutable_by());
+  put(in.reason, out.mutable_reason());
+}
+
 SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   SourceHealth out;
   out.sensor = name(in.sensor(), "sensor", defect);
@@ -350,7 +343,7 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.rate_hz = in.rate_hz();
   out.latency_s = in.latency_s();
   // Fewer counts: an archive older than the newest reasons.
-  take(in.count(), std::min(in.count_size(), static_cast<int>(reason_count)), out.count, "count", defect);
+  copy_array(in.count(), std::min(in.count_size(), static_cast<int>(reason_count)), out.count, "count", defect);
   out.residual_mean = in.residual_mean();
   out.residual_sigma = in.residual_sigma();
   out.nis = in.nis();
@@ -372,9 +365,20 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   return out;
 }
 
-ClockGap from_proto(const record::ClockGap& in, Defect&) { return {{in.epoch_ns()}, {in.received_ns()}}; }
+void to_proto(const LastTick& in, record::LastTick& out) { out.set_tick_ns(in.tick.ns); }
 
 LastTick from_proto(const record::LastTick& in, Defect&) { return {{in.tick_ns()}}; }
+
+void to_proto(const Truth& in, record::Truth& out) {
+  put(in.target, out.mutable_target());
+  out.set_epoch_ns(in.epoch.ns);
+  put(in.position, out);
+  put(in.velocity, out);
+  out.set_acceleration_x_m_s2(in.acceleration_m_s2.x());
+  out.set_acceleration_y_m_s2(in.acceleration_m_s2.y());
+  out.set_acceleration_z_m_s2(in.acceleration_m_s2.z());
+  out.set_acceleration_valid(in.acceleration_valid);
+}
 
 Truth from_proto(const record::Truth& in, Defect& defect) {
   Truth out;
