@@ -227,8 +227,8 @@ TEST(ArchiveRecord, IllegalMessagesAreNamed) {
   for (std::size_t i = 0; i <= reason_count; ++i) health.add_count(1);
   EXPECT_NE(defect_of(health), "");
   health.Clear();
-  health.set_why(static_cast<record::Disqualification>(3));
-  EXPECT_EQ(defect_of(health), "why: no enumerator has the number 3");
+  health.set_why(static_cast<record::Disqualification>(5));
+  EXPECT_EQ(defect_of(health), "why: no enumerator has the number 5");
 }
 
 TEST(ArchiveRecord, WrongCountsOfOurOwnDoNotReadPastTheArrays) {
