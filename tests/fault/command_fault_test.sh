@@ -135,7 +135,8 @@ expect 0 "goheung-optical-angles: 2 terms after" \
 expect 0 "[[angle_sensor.term]]" cat "$work/tracked_cal.toml"
 sed -i '/^\[\[angle_sensor\]\]/,/^$/ s/^calibration = ""/calibration = "tracked_cal.toml"/' "$work/tracked.toml"
 expect 0 "valid" "$downrange" check "$work/tracked.toml"
-sed -i '/^\[\[angle_sensor/,$ s/"offset_elevation"/"scale_elevation"/; /^\[\[angle_sensor/,$ s/^\(value\|sigma\)_deg/\1/' "$work/tracked_cal.toml"
+sed -i '/^\[\[angle_sensor/,$ { /"offset_elevation"/,$ { s/offset_elevation/scale_elevation/; s/^\(value\|sigma\)_deg/\1/ } }' \
+  "$work/tracked_cal.toml"
 expect 2 "angle_sensor[0].calibration" "$downrange" check "$work/tracked.toml"
 
 # No file is lost to a slip of the keyboard.
