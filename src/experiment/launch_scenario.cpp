@@ -72,18 +72,17 @@ Measurement measurement_of(const RadarTspi& plot, int source) {
   m.epoch = plot.epoch;
   m.source = source;
   m.sequence = plot.sequence;
-  m.plot = plot.measured;
+  m.measured = downrange::Plot{.measured = plot.measured};
   return m;
 }
 
 Measurement measurement_of(const GpsFix& fix) {
   Measurement m;
-  m.kind = Measurement::Kind::Gps;
   m.epoch = fix.epoch;
+  m.source = radars;
   m.sequence = fix.sequence;
-  m.position = fix.position;
-  m.sigma_horizontal_m = gps_sigma_enu_m.x();
-  m.sigma_vertical_m = gps_sigma_enu_m.z();
+  m.measured =
+      Fix{.position = fix.position, .sigma_horizontal_m = gps_sigma_enu_m.x(), .sigma_vertical_m = gps_sigma_enu_m.z()};
   return m;
 }
 
@@ -100,8 +99,9 @@ const std::array<score::Phase, 3>& windows() {
 
 Scene::Scene() : scenario_(base_scenario()), trajectory_(scenario_.profile, scenario_.liftoff, end_s) {
   for (const Measurement& m : draw(Case::Base, 0, 0).measurements) {
-    Instant i{.t_s = (m.epoch - liftoff()).seconds(), .kind = m.kind, .radar = m.source, .motion = motion(m.epoch)};
-    if (m.kind == Measurement::Kind::Radar) i.from_radar = site(m.source).enu_of({i.motion.head<3>()});
+    Instant i{
+        .t_s = (m.epoch - liftoff()).seconds(), .is_plot = !is_fix(m), .source = m.source, .motion = motion(m.epoch)};
+    if (i.is_plot) i.from_radar = site(m.source).enu_of({i.motion.head<3>()});
     instants_.push_back(i);
   }
 }

@@ -38,9 +38,9 @@ using BiasVector = Eigen::Matrix<double, bias_term_count, 1>;
 
 /// What all runs share of one measurement, whatever its case.
 struct Instant {
-  double t_s = 0;  ///< after lift-off
-  Measurement::Kind kind = Measurement::Kind::Radar;
-  int radar = 0;
+  double t_s = 0;       ///< after lift-off
+  bool is_plot = true;  ///< else a fix
+  int source = 0;
   Vec<9> motion = Vec<9>::Zero();  ///< true position, velocity, acceleration, ECEF
   Displacement<Enu> from_radar{};  ///< true, of a plot
 };

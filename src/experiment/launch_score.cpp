@@ -81,7 +81,7 @@ PlotResidual residual_of(const Measurement& m, const Instant& instant, const Met
   const BiasEstimate bias = method.bias(m.source);
   const Displacement<Enu> d_enu = radar.site.enu_of({track.mean.head<3>()});
   const Polar predicted = polar_from_enu(d_enu);
-  const Polar plot = compensate(m.plot, terms_of(bias), values_of(bias));
+  const Polar plot = compensate(plot_of(m.measured).measured, terms_of(bias), values_of(bias));
   const Mat<3, 3> H = d_polar_d_enu(d_enu) * radar.site.R_enu_ecef().R;
   const Vec<3> sigma(radar.sigma.range_m, radar.sigma.azimuth_rad, radar.sigma.elevation_rad);
   const Mat<3, 3> S = H * track.cov.topLeftCorner<3, 3>() * H.transpose() + Mat<3, 3>(sigma.cwiseAbs2().asDiagonal());
@@ -127,10 +127,7 @@ Eigen::Matrix3Xd d_bias_left(const Instant& instant, const Site& site, const Bia
 
 /// `instant` moved on to the one of `m`: a case may lack fixes.
 void move_on(std::vector<Instant>::const_iterator& instant, const Measurement& m, Time liftoff) {
-  const auto is_of = [&](const Instant& i) {
-    return i.kind == m.kind && (m.kind == Measurement::Kind::Gps || i.radar == m.source) &&
-           liftoff + seconds(i.t_s) == m.epoch;
-  };
+  const auto is_of = [&](const Instant& i) { return i.source == m.source && liftoff + seconds(i.t_s) == m.epoch; };
   while (!is_of(*instant)) ++instant;
 }
 
@@ -160,16 +157,14 @@ Score& Score::operator+=(const Score& other) {
 Score fly(const Contestant& contestant, const Scene& scene, const Drawn& drawn, std::vector<PlotResidual>* residuals) {
   const MethodSettings settings = scene.settings(contestant.kinematics, contestant.bias);
   const std::unique_ptr<Method> method = make_method(contestant.method, settings);
-  const auto starts_track = [&](const Measurement& m) {
-    return !contestant.starts_with_plot || m.kind == Measurement::Kind::Radar;
-  };
+  const auto starts_track = [&](const Measurement& m) { return !contestant.starts_with_plot || !is_fix(m); };
   const Time start = std::find_if(drawn.measurements.begin(), drawn.measurements.end(), starts_track)->epoch;
   method->start(0, start, {.mean = scene.motion(start) + drawn.start_error, .cov = start_covariance()});
 
   Score score;
   auto instant = scene.instants().begin();
   for (const Measurement& m : drawn.measurements) {
-    const bool plot = m.kind == Measurement::Kind::Radar;
+    const bool plot = !is_fix(m);
     if (!plot && !contestant.gets_fixes) continue;
     move_on(instant, m, scene.liftoff());
     Place place(score, *instant);
@@ -193,7 +188,7 @@ Score bound_of(Case which, const BiasModel& bias, const Scene& scene) {
   auto instant = scene.instants().begin();
   for (const Measurement& m : measurements) {
     bound.apply(m);
-    if (m.kind != Measurement::Kind::Radar) continue;
+    if (is_fix(m)) continue;
     move_on(instant, m, scene.liftoff());
     Place place(score, *instant);
     place.add_position(bound.track_covariance().topLeftCorner<3, 3>().trace());

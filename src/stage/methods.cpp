@@ -37,8 +37,7 @@ MethodSettings settings_of(const RangeConfig& config) {
                         .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
                         .bias = bias_model_of(sensor),
                         .wander = sensor.wander,
-                        .refraction = refraction_of(sensor),
-                        .measures_range = false});
+                        .refraction = refraction_of(sensor)});
   }
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
@@ -69,32 +68,20 @@ void Methods::process(const Observation& o, bool in_flight) {
   m.source = sources_.find(kind_of(o.measured), o.sensor);
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
+  m.measured = o.measured;
   m.in_flight = in_flight;
-  if (const auto* plot = std::get_if<Plot>(&o.measured)) m.plot = plot->measured;
-  if (const auto* angles = std::get_if<Angles>(&o.measured)) m.plot = {0, angles->azimuth_rad, angles->elevation_rad};
-  if (const auto* fix = std::get_if<Fix>(&o.measured)) {
-    m.kind = Measurement::Kind::Gps;
-    m.source -= static_cast<int>(config_.radars.size() + config_.angle_sensors.size());
-    m.position = fix->position;
-    m.velocity = fix->velocity;
-    m.velocity_valid = fix->velocity_valid;
-    m.sigma_horizontal_m = fix->sigma_horizontal_m;
-    m.sigma_vertical_m = fix->sigma_vertical_m;
-    m.sigma_velocity_m_s = fix->sigma_velocity_m_s;
-  }
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
   newest = std::max(newest, m.epoch);
   for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
 }
 
 void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
-  const SourceKind kind = kind_of(o.measured);
-  if (kind == SourceKind::Telemetry) return;
-  const SourceId source = sources_.find(kind, o.sensor);
+  if (std::holds_alternative<Fix>(o.measured)) return;  // a receiver has none
+  const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
   for (const Runner& runner : runners_) {
     if (!runner.accepted) continue;
     const BiasEstimate estimate = runner.method->bias(source);
-    const bool unused = kind == SourceKind::AngleSensor && estimate.samples == 0;  // by a method of radars alone
+    const bool unused = !tells_position(o.measured) && estimate.samples == 0;  // by a method that passes over such
     if (estimate.terms == 0 || unused) continue;
     SensorBias bias;
     bias.sensor = o.sensor;

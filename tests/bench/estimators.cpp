@@ -47,17 +47,16 @@ class Plots {
     m_.epoch = Time{} + seconds(t);
     m_.sequence = count_;
     m_.target = static_cast<int>(count_ / radars % static_cast<std::uint64_t>(settings_.targets));
-    m_.kind = count_ % 20 == 0 ? Measurement::Kind::Gps : Measurement::Kind::Radar;
-    if (m_.kind == Measurement::Kind::Gps) {
-      m_.source = 0;
-      m_.position = truth_at(t + 10 * m_.target);
-      m_.sigma_horizontal_m = m_.sigma_vertical_m = 5;
+    if (count_ % 20 == 0) {
+      m_.source = static_cast<int>(radars);
+      m_.measured = Fix{.position = truth_at(t + 10 * m_.target), .sigma_horizontal_m = 5, .sigma_vertical_m = 5};
       return m_;
     }
     m_.source = static_cast<int>(count_ % radars);
     const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m_.source)];
-    m_.plot = polar_from_enu(radar.site.enu_of(truth_at(t + 10 * m_.target)));
-    m_.plot.range_m += radar.sigma.range_m * normal_(rng_);
+    Plot plot{.measured = polar_from_enu(radar.site.enu_of(truth_at(t + 10 * m_.target)))};
+    plot.measured.range_m += radar.sigma.range_m * normal_(rng_);
+    m_.measured = plot;
     return m_;
   }
 

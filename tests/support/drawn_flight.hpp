@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "measurements.hpp"
+
 namespace downrange::test {
 
 inline constexpr double deg = std::numbers::pi / 180;
@@ -50,22 +52,23 @@ inline Flight draw_flight(std::uint64_t seed, double duration_s, bool with_bias,
       m.epoch = Time{} + seconds(t);
       m.source = radar;
       m.sequence = ++sequence;
-      m.plot = q;
+      polar(m) = q;
       f.measurements.push_back(m);
     }
     if (with_gps && i % 20 == 0) {
       const double t = 10 + i * 0.05;
       Measurement m;
       m.epoch = Time{} + seconds(t);
-      m.kind = Measurement::Kind::Gps;
+      m.source = 2;
       m.sequence = ++sequence;
-      m.position = truth_at(pad, t);
-      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal(rng);
-      m.velocity.m_s = (truth_at(pad, t + 0.01).m - truth_at(pad, t - 0.01).m) / 0.02;
-      for (int k = 0; k < 3; ++k) m.velocity.m_s[k] += 0.2 * normal(rng);
-      m.velocity_valid = true;
-      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
-      m.sigma_velocity_m_s = 0.2;
+      m.measured = Fix{};
+      fix(m).position = truth_at(pad, t);
+      for (int k = 0; k < 3; ++k) fix(m).position.m[k] += 5 * normal(rng);
+      fix(m).velocity.m_s = (truth_at(pad, t + 0.01).m - truth_at(pad, t - 0.01).m) / 0.02;
+      for (int k = 0; k < 3; ++k) fix(m).velocity.m_s[k] += 0.2 * normal(rng);
+      fix(m).velocity_valid = true;
+      fix(m).sigma_horizontal_m = fix(m).sigma_vertical_m = 5;
+      fix(m).sigma_velocity_m_s = 0.2;
       f.measurements.push_back(m);
     }
   }

@@ -41,7 +41,7 @@ TEST_P(Allocation, NoneInTheSteadyState) {
   std::vector<std::pair<Time, const Measurement*>> arrival;
   for (std::size_t i = 0; i < f.measurements.size(); ++i) {
     const Measurement& m = f.measurements[i];
-    const bool gps = m.kind == Measurement::Kind::Gps;
+    const bool gps = is_fix(m);
     arrival.push_back({m.epoch + milliseconds(gps ? 500 + static_cast<int>(i * 377 % 1000) : 40), &m});
   }
   std::sort(arrival.begin(), arrival.end());

@@ -55,16 +55,17 @@ Flight clean_flight(const MethodSettings& settings, double from_s, double to_s,
     m.sequence = ++sequence;
     if (i % 20 == 0) {
       Measurement fix = m;
-      fix.kind = Measurement::Kind::Gps;
-      fix.position = truth(t);
-      fix.velocity.m_s = (truth(t + 0.01).m - truth(t - 0.01).m) / 0.02;
-      fix.velocity_valid = true;
-      fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
-      fix.sigma_velocity_m_s = 0.2;
+      fix.source = static_cast<int>(settings.radars.size());
+      fix.measured = Fix{};
+      test::fix(fix).position = truth(t);
+      test::fix(fix).velocity.m_s = (truth(t + 0.01).m - truth(t - 0.01).m) / 0.02;
+      test::fix(fix).velocity_valid = true;
+      test::fix(fix).sigma_horizontal_m = test::fix(fix).sigma_vertical_m = 5;
+      test::fix(fix).sigma_velocity_m_s = 0.2;
       f.measurements.push_back(fix);
     }
     m.source = i % static_cast<int>(settings.radars.size());
-    m.plot = polar_from_enu(settings.radars[static_cast<std::size_t>(m.source)].site.enu_of(truth(t)));
+    test::polar(m) = polar_from_enu(settings.radars[static_cast<std::size_t>(m.source)].site.enu_of(truth(t)));
     f.measurements.push_back(m);
   }
   std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
@@ -108,10 +109,10 @@ TEST_P(EveryMethod, NotANumberChangesNothingButACounter) {
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
   const TrackEstimate before = *method->fused(0);
   Measurement bad = f.measurements.back();
-  bad.kind = Measurement::Kind::Radar;
   bad.source = 0;
+  bad.measured = Plot{};
   bad.sequence += 1000;
-  bad.plot.range_m = std::numeric_limits<double>::quiet_NaN();
+  test::polar(bad).range_m = std::numeric_limits<double>::quiet_NaN();
   bad.epoch = before.epoch;
   EXPECT_NE(method->process(bad, bad.epoch).verdict, Verdict::Accepted);
   const TrackEstimate after = *method->fused(0, before.epoch);
@@ -126,12 +127,12 @@ TEST_P(EveryMethod, AnOutlierIsGatedAndChangesNothing) {
   const Measurement* plot = nullptr;
   for (const Measurement& m : f.measurements) {
     (void)method->process(m, m.epoch);
-    if (m.kind == Measurement::Kind::Radar && m.source == 1) plot = &m;
+    if (!is_fix(m) && m.source == 1) plot = &m;
   }
   Measurement outlier = *plot;
   outlier.epoch = f.measurements.back().epoch + milliseconds(10);
   outlier.sequence += 1000;
-  outlier.plot.elevation_rad += 1 * deg;
+  test::polar(outlier).elevation_rad += 1 * deg;
   const TrackEstimate before = *method->fused(0, outlier.epoch);
   const bool gates = GetParam().method != "uncorrected";
   EXPECT_EQ(method->process(outlier, outlier.epoch).verdict, gates ? Verdict::Gated : Verdict::Accepted);
@@ -189,9 +190,8 @@ TEST_P(EveryMethod, SurvivesAGapOfAMinute) {
 /// Radar 1 appears 60 s late, with its bias, and must not drag a converged track away.
 TEST_P(EveryMethod, TakesARadarThatAppearsLate) {
   Flight f = draw_flight(8, 90, true);
-  std::erase_if(f.measurements, [](const Measurement& m) {
-    return m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch < Time{} + seconds(70);
-  });
+  std::erase_if(f.measurements,
+                [](const Measurement& m) { return !is_fix(m) && m.source == 1 && m.epoch < Time{} + seconds(70); });
   const auto method = make(f.settings);
   const Site pad({34.43 * deg, 127.53 * deg, 100});
   double worst = 0;
@@ -229,8 +229,6 @@ Flight with_fault(Flight f, const std::function<bool(double t, Measurement&)>& f
   return f;
 }
 
-bool is_fix(const Measurement& m) { return m.kind == Measurement::Kind::Gps; }
-
 /// Largest error of the fused track in [from, to), at the measurements that it is made of.
 double worst_m(Method& method, const Flight& f, double from_s, double to_s) {
   const Site pad({34.43 * deg, 127.53 * deg, 100});
@@ -249,7 +247,7 @@ double worst_m(Method& method, const Flight& f, double from_s, double to_s) {
 TEST_P(EveryMethod, TheOnlyRadarDoesNotTakeTheTrackFromAHealthyReceiver) {
   if (GetParam().method == "uncorrected" || GetParam().method == "alpha-beta") GTEST_SKIP() << "does not know of GPS";
   const Flight f = with_fault(draw_flight(21, 60, false), [](double t, Measurement& m) {
-    if (!is_fix(m) && t > 40) m.plot.range_m /= 0.3048;
+    if (!is_fix(m) && t > 40) test::polar(m).range_m /= 0.3048;
     return is_fix(m) || m.source == 0;
   });
   const auto method = make(f.settings);
@@ -262,7 +260,7 @@ TEST_P(EveryMethod, TheOnlyRadarDoesNotTakeTheTrackFromAHealthyReceiver) {
 TEST_P(EveryMethod, ALyingRadarDoesNotTakeTheTrackFromTheOthers) {
   if (GetParam().method == "uncorrected" || GetParam().method == "alpha-beta") GTEST_SKIP() << "does not know of GPS";
   const Flight f = with_fault(draw_flight(22, 60, true), [](double, Measurement& m) {
-    if (!is_fix(m) && m.source == 1) m.plot.azimuth_rad = wrap_two_pi(-m.plot.azimuth_rad);
+    if (!is_fix(m) && m.source == 1) test::polar(m).azimuth_rad = wrap_two_pi(-test::polar(m).azimuth_rad);
     return true;
   });
   const auto method = make(f.settings);
@@ -273,7 +271,7 @@ TEST_P(EveryMethod, ALyingRadarDoesNotTakeTheTrackFromTheOthers) {
 /// The receiver is 5 km off for half a minute.
 TEST_P(EveryMethod, ALyingReceiverDoesNotTakeTheTrackFromTwoRadars) {
   const Flight f = with_fault(draw_flight(23, 80, false), [](double t, Measurement& m) {
-    if (is_fix(m) && t > 40 && t < 70) m.position.m.x() += 5000;
+    if (is_fix(m) && t > 40 && t < 70) test::fix(m).position.m.x() += 5000;
     return true;
   });
   const auto method = make(f.settings);
@@ -298,8 +296,8 @@ TEST_P(EveryMethod, TheThirdEqualFixOfAMovingVehicleIsFrozen) {
   std::optional<Position<Ecef>> held;
   const Flight f = with_fault(draw_flight(25, 40, false), [&](double t, Measurement& m) {
     if (!is_fix(m)) return true;
-    if (t < 12) held = m.position;  // from the first fixes on
-    m.position = *held;
+    if (t < 12) held = test::fix(m).position;  // from the first fixes on
+    test::fix(m).position = *held;
     return true;
   });
   const auto method = make(f.settings);
@@ -311,9 +309,9 @@ TEST_P(EveryMethod, TheThirdEqualFixOfAMovingVehicleIsFrozen) {
 TEST_P(EveryMethod, WhoIsBelievedDoesNotDependOnTheOrderOfArrival) {
   const Flight f = with_fault(draw_flight(26, 60, true), [](double t, Measurement& m) {
     if (is_fix(m) && t > 25 && t < 40) return false;
-    if (is_fix(m) && t > 60) m.position.m.x() += 5000;
-    if (!is_fix(m) && m.source == 1 && t > 45) m.plot.range_m += 600;
-    if (!is_fix(m) && m.source == 0 && t > 62) m.plot.range_m /= 0.3048;
+    if (is_fix(m) && t > 60) test::fix(m).position.m.x() += 5000;
+    if (!is_fix(m) && m.source == 1 && t > 45) test::polar(m).range_m += 600;
+    if (!is_fix(m) && m.source == 0 && t > 62) test::polar(m).range_m /= 0.3048;
     return true;
   });
   const auto in_order = make(f.settings);
@@ -345,17 +343,18 @@ class Circling {
     m.epoch = Time{} + seconds(t);
     m.sequence = static_cast<std::uint64_t>(count_);
     if (count_ % 40 == 0) {
-      m.kind = Measurement::Kind::Gps;
-      m.position = truth(t);
-      for (int k = 0; k < 3; ++k) m.position.m[k] += 5 * normal_(rng_);
-      m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+      m.source = static_cast<int>(settings_.radars.size());
+      m.measured = Fix{};
+      test::fix(m).position = truth(t);
+      for (int k = 0; k < 3; ++k) test::fix(m).position.m[k] += 5 * normal_(rng_);
+      test::fix(m).sigma_horizontal_m = test::fix(m).sigma_vertical_m = 5;
     } else {
       m.source = count_ % 2;
       const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
-      m.plot = polar_from_enu(radar.site.enu_of(truth(t)));
-      m.plot.range_m += radar.sigma.range_m * normal_(rng_);
-      m.plot.azimuth_rad = wrap_two_pi(m.plot.azimuth_rad + radar.sigma.azimuth_rad * normal_(rng_));
-      m.plot.elevation_rad += radar.sigma.elevation_rad * normal_(rng_);
+      test::polar(m) = polar_from_enu(radar.site.enu_of(truth(t)));
+      test::polar(m).range_m += radar.sigma.range_m * normal_(rng_);
+      test::polar(m).azimuth_rad = wrap_two_pi(test::polar(m).azimuth_rad + radar.sigma.azimuth_rad * normal_(rng_));
+      test::polar(m).elevation_rad += radar.sigma.elevation_rad * normal_(rng_);
     }
     ++count_;
     return m;

@@ -36,7 +36,7 @@ TEST(Joint, FindsAClockThatIsFast) {
   Flight f = draw_flight(9, 60, true);
   const Duration fast = milliseconds(50);  // 2.5 sigma of the prior
   for (Measurement& m : f.measurements)
-    if (m.kind == Measurement::Kind::Radar && m.source == 0) m.epoch = m.epoch + fast;
+    if (!is_fix(m) && m.source == 0) m.epoch = m.epoch + fast;
   std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
   const auto method = make_method("joint", f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
@@ -88,13 +88,13 @@ TEST(Joint, PointingThatWandersIsAState) {
     Vec<2> error[2] = {};
     Time last[2];
     for (Measurement& m : f.measurements) {
-      if (m.kind == Measurement::Kind::Gps) continue;
+      if (is_fix(m)) continue;
       Vec<2>& e = error[m.source];
       const double phi = last[m.source] == Time{} ? 0 : std::exp(-(m.epoch - last[m.source]).seconds() / tau);
       e = phi * e + sigma * std::sqrt(1 - phi * phi) * Vec<2>(normal(rng), normal(rng));
       last[m.source] = m.epoch;
-      m.plot.azimuth_rad += e[0];
-      m.plot.elevation_rad += e[1];
+      test::polar(m).azimuth_rad += e[0];
+      test::polar(m).elevation_rad += e[1];
     }
     const auto without = fly(*make_method("joint", f.settings), f, 30);
     for (RadarModel& radar : f.settings.radars) radar.wander = {.sigma_rad = sigma, .tau_s = tau};
@@ -216,7 +216,7 @@ TEST(Joint, UpdateIsTheInformationFilters) {
     Measurement m;
     m.epoch = state.targets[0].epoch;
     m.source = radar;
-    m.plot = {q[0], wrap_two_pi(q[1]), q[2]};
+    test::polar(m) = {q[0], wrap_two_pi(q[1]), q[2]};
     Joint::State updated = state;
     ASSERT_EQ(joint.apply(updated, m).verdict, Verdict::Accepted);
     const Hypothesis& posterior = updated.targets[0].bank.mode[0];

@@ -29,7 +29,7 @@ class LastPlot {
   }
   void start(State&, int, Time, const Gaussian<9>&) const {}
   Outcome apply(State& state, const Measurement& m) const {
-    if (m.kind == Measurement::Kind::Radar) state.plots[static_cast<std::size_t>(m.target)] = m;
+    if (!is_fix(m)) state.plots[static_cast<std::size_t>(m.target)] = m;
     return {};
   }
   std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const {
@@ -38,8 +38,9 @@ class LastPlot {
     TrackEstimate e;
     e.epoch = at.value_or(plot->epoch);
     e.data_epoch = plot->epoch;
-    e.mean.head<3>() =
-        settings_.radars[static_cast<std::size_t>(plot->source)].site.ecef_of(enu_from_polar(plot->plot)).m;
+    e.mean.head<3>() = settings_.radars[static_cast<std::size_t>(plot->source)]
+                           .site.ecef_of(enu_from_polar(plot_of(plot->measured).measured))
+                           .m;
     e.cov.setIdentity();
     return e;
   }

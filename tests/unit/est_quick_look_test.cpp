@@ -19,8 +19,7 @@ using test::Flight;
 const Site pad({34.43 * deg, 127.53 * deg, 100});
 
 Flight of_radar(Flight f, int radar) {
-  std::erase_if(f.measurements,
-                [radar](const Measurement& m) { return m.kind == Measurement::Kind::Gps || m.source != radar; });
+  std::erase_if(f.measurements, [radar](const Measurement& m) { return is_fix(m) || m.source != radar; });
   return f;
 }
 
@@ -40,9 +39,9 @@ TEST(QuickLook, IsTheTrackerAtTheSite) {
   for (const Measurement& m : f.measurements) {
     EXPECT_EQ(method->process(m, m.epoch).verdict, Verdict::Accepted);
     const PolarSigma& s = f.settings.radars[0].sigma;
-    const double across = m.plot.range_m * s.azimuth_rad;
-    const Vec<3> sigma(s.range_m, across * std::cos(m.plot.elevation_rad), across);
-    const Vec<3> z = enu_from_polar(m.plot).m;
+    const double across = test::polar(m).range_m * s.azimuth_rad;
+    const Vec<3> sigma(s.range_m, across * std::cos(test::polar(m).elevation_rad), across);
+    const Vec<3> z = enu_from_polar(test::polar(m)).m;
     if (!tracker) {
       tracker.emplace(settings, z, sigma);
     } else {
@@ -88,7 +87,7 @@ TEST(QuickLook, IsHonestWhereRadarsHaveNoBias) {
 TEST(QuickLook, ATrackOfWhichNoPlotIsAcceptedStartsAnew) {
   Flight f = of_radar(draw_flight(6, 40, false), 0);
   for (Measurement& m : f.measurements)
-    if (m.epoch > Time{} + seconds(30)) m.plot.range_m += 5000;
+    if (m.epoch > Time{} + seconds(30)) test::polar(m).range_m += 5000;
   f.settings.arbitration.restart_after = milliseconds(2000);
   const auto method = make_method("alpha-beta", f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
@@ -132,10 +131,10 @@ TEST(QuickLook, TakesTheAirOut) {
   const auto air = std::make_shared<const RefractionTable>(atmosphere_over(radar.site.geodetic(), 320));
   for (Measurement& m : f.measurements) {
     const double t = (m.epoch - Time{}).seconds();
-    m.plot = polar_from_enu(radar.site.enu_of(test::truth_at(pad, t)));
-    const Refraction bent = air->at_true(m.plot.range_m, m.plot.elevation_rad).refraction;
-    m.plot.range_m += bent.range_m;
-    m.plot.elevation_rad += bent.elevation_rad;
+    test::polar(m) = polar_from_enu(radar.site.enu_of(test::truth_at(pad, t)));
+    const Refraction bent = air->at_true(test::polar(m).range_m, test::polar(m).elevation_rad).refraction;
+    test::polar(m).range_m += bent.range_m;
+    test::polar(m).elevation_rad += bent.elevation_rad;
   }
   const auto fly_to_end = [&f] {
     const auto method = make_method("alpha-beta", f.settings);

@@ -97,7 +97,7 @@ TEST(Schmidt, APlotCorrectsTheFusedTrackAndTheBiasesAsTheConsiderFilterDoes) {
     Measurement m;
     m.epoch = f.epoch();
     m.source = source;
-    m.plot = {q[0], wrap_two_pi(q[1]), q[2]};
+    test::polar(m) = {q[0], wrap_two_pi(q[1]), q[2]};
     Schmidt::State updated = f.state;
     ASSERT_EQ(f.schmidt.apply(updated, m).verdict, Verdict::Accepted);
 
@@ -111,8 +111,8 @@ TEST(Schmidt, APlotCorrectsTheFusedTrackAndTheBiasesAsTheConsiderFilterDoes) {
         gain_of_rows(f.mode().P, H_g, R, f.schmidt.first_radar_at(), n - f.schmidt.first_radar_at());
     R_both << R, R, R, R;
     Vector nu(6);
-    nu << plot_residual(m.plot, predicted(f, source, Schmidt::fused_at, f.mode().x)),
-        plot_residual(m.plot, predicted(f, source, Schmidt::gps_at, f.mode().x));
+    nu << plot_residual(test::polar(m), predicted(f, source, Schmidt::fused_at, f.mode().x)),
+        plot_residual(test::polar(m), predicted(f, source, Schmidt::gps_at, f.mode().x));
     const Hypothesis& after = updated.targets[0].bank.mode[0];
     expect_posterior(f, after, K, H, R_both, nu);
 
@@ -128,10 +128,11 @@ TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
   const Flown f = fly_schmidt();
   const Eigen::Index n = f.mode().x.size();
   Measurement m;
-  m.kind = Measurement::Kind::Gps;
+  m.source = static_cast<int>(f.schmidt.settings().radars.size());
+  m.measured = Fix{};
   m.epoch = f.epoch();
-  m.position.m = f.mode().x.segment<3>(Schmidt::gps_at) + Vec<3>(3, -4, 2);
-  m.sigma_horizontal_m = m.sigma_vertical_m = 5;
+  test::fix(m).position.m = f.mode().x.segment<3>(Schmidt::gps_at) + Vec<3>(3, -4, 2);
+  test::fix(m).sigma_horizontal_m = test::fix(m).sigma_vertical_m = 5;
   Schmidt::State updated = f.state;
   ASSERT_EQ(f.schmidt.apply(updated, m).verdict, Verdict::Accepted);
 
@@ -141,7 +142,7 @@ TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
   const Matrix R = 25 * Matrix::Identity(3, 3);
   const Matrix K = gain_of_rows(f.mode().P, H, R, Schmidt::gps_at, n - Schmidt::gps_at);
   const Vec<3> nu =
-      m.position.m - f.mode().x.segment<3>(Schmidt::gps_at) - f.mode().x.segment<3>(Schmidt::gps_error_at);
+      test::fix(m).position.m - f.mode().x.segment<3>(Schmidt::gps_at) - f.mode().x.segment<3>(Schmidt::gps_error_at);
   const Hypothesis& after = updated.targets[0].bank.mode[0];
   expect_posterior(f, after, K, H, R, nu);
 
@@ -182,7 +183,7 @@ TEST(Schmidt, WithoutGpsOutliersAreStillRejected) {
       Measurement m;
       m.epoch = f.epoch();
       m.source = source;
-      m.plot = {q[0] + (kind == 0 ? 500 : 0), q[1], q[2] + (kind == 1 ? 0.5 * deg : 0)};
+      test::polar(m) = {q[0] + (kind == 0 ? 500 : 0), q[1], q[2] + (kind == 1 ? 0.5 * deg : 0)};
       EXPECT_EQ(f.schmidt.apply(f.state, m).verdict, Verdict::Gated) << kind << " " << source;
     }
   }
@@ -240,7 +241,7 @@ TEST(Schmidt, GpsThatComesLaterOpensTheBiases) {
   const auto method = make_method("schmidt", f.settings);
   const Site pad({34.43 * deg, 127.53 * deg, 100});
   for (const Measurement& m : f.measurements) {
-    if (m.kind == Measurement::Kind::Gps && m.epoch < Time{} + seconds(20)) continue;
+    if (is_fix(m) && m.epoch < Time{} + seconds(20)) continue;
     (void)method->process(m, m.epoch);
     const auto e = method->fused(0, m.epoch);
     const double error = (e->mean.head<3>() - test::truth_at(pad, (m.epoch - Time{}).seconds()).m).norm();

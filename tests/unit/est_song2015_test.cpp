@@ -51,12 +51,12 @@ TEST(Song2015, SignOfTheBiasIsMeasuredMinusTrue) {
   // A radar 200 m too long in range, seen along its line of sight: the compensated plot is 200 m shorter.
   Flight f = draw_flight(3, 40, false);
   for (Measurement& m : f.measurements)
-    if (m.kind == Measurement::Kind::Radar && m.source == 1) m.plot.range_m += 200;
+    if (!is_fix(m) && m.source == 1) test::polar(m).range_m += 200;
   const auto method = make_method("song2015", f.settings);
   Polar last;
   for (const Measurement& m : f.measurements) {
     (void)method->process(m, m.epoch);
-    if (m.kind == Measurement::Kind::Radar && m.source == 1) last = m.plot;
+    if (!is_fix(m) && m.source == 1) last = test::polar(m);
   }
   const BiasEstimate b = method->bias(1);
   const Polar compensated = compensate(last, {b.term.data(), 6}, {b.value.data(), 6});
@@ -71,7 +71,7 @@ TEST(Song2015, ShuffledArrivalGivesTheInOrderBits) {
   std::mt19937_64 rng(99);
   std::vector<std::pair<Time, std::size_t>> arrival;
   for (std::size_t i = 0; i < f.measurements.size(); ++i) {
-    const bool gps = f.measurements[i].kind == Measurement::Kind::Gps;
+    const bool gps = is_fix(f.measurements[i]);
     const auto delay = milliseconds(static_cast<std::int64_t>(gps ? 500 + rng() % 1500 : rng() % 300));
     arrival.push_back({f.measurements[i].epoch + delay, i});
   }
@@ -94,8 +94,8 @@ TEST(Song2015, OutliersAreGatedAndTheTrackDoesNotMove) {
   Flight f = draw_flight(5, 40, true);
   int planted = 0;
   for (std::size_t i = 600; i < f.measurements.size(); i += 97) {
-    if (f.measurements[i].kind != Measurement::Kind::Radar) continue;
-    f.measurements[i].plot.range_m += 3000;
+    if (is_fix(f.measurements[i])) continue;
+    test::polar(f.measurements[i]).range_m += 3000;
     ++planted;
   }
   const auto method = make_method("song2015", f.settings);
@@ -107,7 +107,7 @@ TEST(Song2015, OutliersAreGatedAndTheTrackDoesNotMove) {
 TEST(Song2015, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {
   Flight f = draw_flight(6, 60, true);
   for (Measurement& m : f.measurements)
-    if (m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch > Time{} + seconds(40)) m.plot.range_m += 280;
+    if (!is_fix(m) && m.source == 1 && m.epoch > Time{} + seconds(40)) test::polar(m).range_m += 280;
   const auto method = make_method("song2015", f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
   EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.arbitration.reopen_after) - 1);
@@ -120,19 +120,19 @@ TEST(Song2015, AFrozenReceiverIsRejectedButOneAtRestIsNot) {
   Measurement last_fix;
   int frozen = 0;
   for (Measurement m : f.measurements) {
-    if (m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(20)) {
-      m.position = last_fix.position;
-      m.velocity = last_fix.velocity;
+    if (is_fix(m) && m.epoch > Time{} + seconds(20)) {
+      test::fix(m).position = test::fix(last_fix).position;
+      test::fix(m).velocity = test::fix(last_fix).velocity;
       frozen += method->process(m, m.epoch).verdict == Verdict::Frozen ? 1 : 0;
       continue;
     }
-    if (m.kind == Measurement::Kind::Gps) last_fix = m;
+    if (is_fix(m)) last_fix = m;
     (void)method->process(m, m.epoch);
   }
   EXPECT_GE(frozen, 8);
 
   Measurement parked = last_fix;
-  parked.velocity = {};
+  test::fix(parked).velocity = {};
   const auto at_rest = make_method("song2015", f.settings);
   for (int i = 0; i < 20; ++i) {
     parked.epoch = Time{} + milliseconds(500 * i);
@@ -146,12 +146,12 @@ TEST(Song2015, AReceiverThatFreezesJustAfterLiftoffDoesNotDragTheTrackAway) {
   Measurement frozen;
   int fixes = 0;
   for (Measurement& m : f.measurements) {
-    if (m.kind != Measurement::Kind::Gps) continue;
+    if (!is_fix(m)) continue;
     if (++fixes <= 3) {
       frozen = m;
     } else {
-      m.position = frozen.position;
-      m.velocity = frozen.velocity;
+      test::fix(m).position = test::fix(frozen).position;
+      test::fix(m).velocity = test::fix(frozen).velocity;
     }
   }
   const auto method = make_method("song2015", f.settings);
@@ -164,12 +164,12 @@ TEST(Song2015, AReceiverThatFreezesJustAfterLiftoffDoesNotDragTheTrackAway) {
 TEST(Song2015, OneBadFixAfterAGapIsNoReference) {
   Flight f = draw_flight(14, 60, true);
   std::erase_if(f.measurements, [](const Measurement& m) {
-    return m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(40) && m.epoch < Time{} + seconds(50);
+    return is_fix(m) && m.epoch > Time{} + seconds(40) && m.epoch < Time{} + seconds(50);
   });
   bool spoilt = false;
   for (Measurement& m : f.measurements) {
-    if (spoilt || m.kind != Measurement::Kind::Gps || m.epoch < Time{} + seconds(50)) continue;
-    m.position.m += Vec<3>(50'000, 0, 0);
+    if (spoilt || !is_fix(m) || m.epoch < Time{} + seconds(50)) continue;
+    test::fix(m).position.m += Vec<3>(50'000, 0, 0);
     spoilt = true;
   }
   ASSERT_TRUE(spoilt);
@@ -188,7 +188,7 @@ TEST(Song2015, OneBadFixAfterAGapIsNoReference) {
 TEST(Song2015, GpsLostFreezesTheBiasesAndGpsBackWins) {
   Flight f = draw_flight(8, 60, true);
   std::erase_if(f.measurements, [](const Measurement& m) {
-    return m.kind == Measurement::Kind::Gps && m.epoch > Time{} + seconds(35) && m.epoch < Time{} + seconds(60);
+    return is_fix(m) && m.epoch > Time{} + seconds(35) && m.epoch < Time{} + seconds(60);
   });
   const auto method = make_method("song2015", f.settings);
   BiasState during{};

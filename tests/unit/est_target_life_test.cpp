@@ -34,15 +34,16 @@ class Rules : public testing::Test {
   }
   [[nodiscard]] Measurement fix(double t, double off_m = 0) {
     Measurement m;
-    m.kind = Measurement::Kind::Gps;
+    m.source = static_cast<int>(settings.radars.size());
+    m.measured = Fix{};
     m.epoch = at(t);
     m.sequence = ++sequence;
-    m.position.m = off(t, off_m).head<3>();
-    m.velocity.m_s = truth(t).segment<3>(3);
-    m.velocity_valid = true;
-    m.sigma_horizontal_m = 5;
-    m.sigma_vertical_m = 8;
-    m.sigma_velocity_m_s = 0.2;
+    test::fix(m).position.m = off(t, off_m).head<3>();
+    test::fix(m).velocity.m_s = truth(t).segment<3>(3);
+    test::fix(m).velocity_valid = true;
+    test::fix(m).sigma_horizontal_m = 5;
+    test::fix(m).sigma_vertical_m = 8;
+    test::fix(m).sigma_velocity_m_s = 0.2;
     return m;
   }
   [[nodiscard]] Measurement plot(double t, int radar, double off_m = 0) {
@@ -50,7 +51,7 @@ class Rules : public testing::Test {
     m.epoch = at(t);
     m.sequence = ++sequence;
     m.source = radar;
-    m.plot =
+    test::polar(m) =
         polar_from_enu(settings.radars[static_cast<std::size_t>(radar)].site.enu_of({Vec<3>(off(t, off_m).head<3>())}));
     return m;
   }
@@ -139,7 +140,7 @@ TEST_F(Rules, AReceiverWithoutVelocityIsJudgedByItsOwnMotion) {
   Remedy last = Remedy::None;
   for (int i = 0; i < 3; ++i) {
     Measurement m = fix(80 + i);
-    m.velocity_valid = false;
+    test::fix(m).velocity_valid = false;
     Vec<9> track = off(80 + i, 20'000);
     track.segment<3>(3) *= -1;
     EXPECT_EQ(last, Remedy::None);
@@ -301,11 +302,11 @@ struct Repeats {
   TrackVelocity track{.m_s = Vec<3>::Zero(), .sigma_m_s = 0.1};
 
   Repeats() {
-    m.kind = Measurement::Kind::Gps;
-    m.position.m = Vec<3>(-3.2e6, 4.2e6, 3.6e6);
-    m.velocity_valid = true;
-    m.sigma_horizontal_m = m.sigma_vertical_m = 5;
-    m.sigma_velocity_m_s = 0.2;
+    m.measured = Fix{};
+    test::fix(m).position.m = Vec<3>(-3.2e6, 4.2e6, 3.6e6);
+    test::fix(m).velocity_valid = true;
+    test::fix(m).sigma_horizontal_m = test::fix(m).sigma_vertical_m = 5;
+    test::fix(m).sigma_velocity_m_s = 0.2;
   }
   bool frozen_after(double dt) {
     m.epoch = m.epoch + seconds(dt);
@@ -327,19 +328,19 @@ TEST(FrozenReceiver, TheThirdFixOfAVehicleInFlightIsFrozenWhateverWasRemembered)
 
 TEST(FrozenReceiver, TheThirdFixIsFrozenWhereItsOwnVelocityLives) {
   Repeats r;
-  r.m.velocity.m_s.x() = 8;
+  test::fix(r.m).velocity.m_s.x() = 8;
   EXPECT_FALSE(r.frozen_after(1));
-  r.m.velocity.m_s.x() = 9;
+  test::fix(r.m).velocity.m_s.x() = 9;
   EXPECT_FALSE(r.frozen_after(1));
-  r.m.velocity.m_s.x() = 10;
+  test::fix(r.m).velocity.m_s.x() = 10;
   EXPECT_TRUE(r.frozen_after(1));
-  r.m.position.m.x() += 30;
+  test::fix(r.m).position.m.x() += 30;
   EXPECT_FALSE(r.frozen_after(1));  // it lives again
 }
 
 TEST(FrozenReceiver, TheThirdFixIsFrozenWhereTheTrackMoves) {
   Repeats r;
-  r.m.velocity_valid = false;
+  test::fix(r.m).velocity_valid = false;
   EXPECT_FALSE(r.frozen_after(1));
   EXPECT_FALSE(r.frozen_after(1));
   r.track.m_s.z() = 5;  // radars have seen it go
@@ -355,7 +356,7 @@ TEST(FrozenReceiver, TheSecondFixIsFrozenWhereTheVehicleMustBeElsewhere) {
 
 TEST(FrozenReceiver, ASlowVehicleMayBeFasterThanItsReceiverResolves) {
   Repeats r;
-  r.m.velocity.m_s.x() = 2;
+  test::fix(r.m).velocity.m_s.x() = 2;
   r.track.m_s.x() = 2;
   for (int i = 0; i < 4; ++i) EXPECT_FALSE(r.frozen_after(0.1));  // 0.6 m: below a metre
 }

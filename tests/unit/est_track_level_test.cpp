@@ -144,10 +144,10 @@ Drawn draw_common_noise(std::uint64_t seed) {
       m.epoch = Time{} + milliseconds(ms);
       m.source = static_cast<int>(i);
       m.sequence = static_cast<std::uint64_t>(ms);
-      m.plot = polar_from_enu(d.settings.radars[i].site.enu_of({p}));
-      m.plot.range_m += sigma.range_m * normal(rng);
-      m.plot.azimuth_rad = wrap_two_pi(m.plot.azimuth_rad + sigma.azimuth_rad * normal(rng));
-      m.plot.elevation_rad += sigma.elevation_rad * normal(rng);
+      test::polar(m) = polar_from_enu(d.settings.radars[i].site.enu_of({p}));
+      test::polar(m).range_m += sigma.range_m * normal(rng);
+      test::polar(m).azimuth_rad = wrap_two_pi(test::polar(m).azimuth_rad + sigma.azimuth_rad * normal(rng));
+      test::polar(m).elevation_rad += sigma.elevation_rad * normal(rng);
       d.measurements.push_back(m);
     }
   }
@@ -205,7 +205,7 @@ TEST_P(EveryRule, TakesTheBiasOut) {
 TEST_P(EveryRule, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {
   Flight f = draw_flight(6, 60, true);
   for (Measurement& m : f.measurements)
-    if (m.kind == Measurement::Kind::Radar && m.source == 1 && m.epoch > Time{} + seconds(40)) m.plot.range_m += 280;
+    if (!is_fix(m) && m.source == 1 && m.epoch > Time{} + seconds(40)) test::polar(m).range_m += 280;
   const auto method = make_method(GetParam(), f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
   EXPECT_GE(method->account(1).gated, static_cast<std::uint64_t>(f.settings.arbitration.reopen_after) - 1);
@@ -230,7 +230,7 @@ TEST_P(EveryRule, StartsWithTheEstimateGiven) {
 TEST_P(EveryRule, TakesSoManyRadarsAndSaysSo) {
   MethodSettings settings = draw_flight(1, 1, false).settings;
   settings.radars.resize(static_cast<std::size_t>(capabilities_of(GetParam()).most_radars), settings.radars.front());
-  settings.radars.push_back({.site = Site{}, .sigma = {}, .measures_range = false});  // a tracker does not count
+  settings.radars.push_back({.site = Site{}, .sigma = {}});  // a tracker does not count
   EXPECT_NO_THROW((void)make_method(GetParam(), settings));
   settings.radars.insert(settings.radars.begin(), settings.radars.front());
   try {

@@ -21,7 +21,7 @@ TEST(Ts, IsTheJointFilterOfOneTarget) {
   Flight f = draw_flight(3, 40, true);
   f.settings.motion.kinematics = Kinematics::Ca;
   f.settings.gps.no_gps.enabled = false;
-  ASSERT_EQ(f.measurements[0].kind, Measurement::Kind::Gps);  // from a plot the two start differently
+  ASSERT_TRUE(is_fix(f.measurements[0]));  // from a plot the two start differently
   const auto ts = make_method("ts", f.settings);
   const auto joint = make_method("joint", f.settings);
   for (const Measurement& m : f.measurements) {
@@ -104,8 +104,8 @@ Scene draw_scene(std::uint64_t seed, int targets, double duration_s) {
       m.source = static_cast<int>(radar);
       m.target = t;
       m.sequence = static_cast<std::uint64_t>(k);
-      m.plot = {q[0] + sigma.range_m * normal(rng), q[1] + sigma.azimuth_rad * normal(rng),
-                q[2] + sigma.elevation_rad * normal(rng)};
+      test::polar(m) = {q[0] + sigma.range_m * normal(rng), q[1] + sigma.azimuth_rad * normal(rng),
+                        q[2] + sigma.elevation_rad * normal(rng)};
       s.plots.push_back(m);
     }
   }
@@ -175,7 +175,7 @@ TEST(Ts, ARadarThatStepsIsFoundAgain) {
   Scene s = draw_scene(22, 6, 120);
   const Time step = Time{} + seconds(1060);
   for (Measurement& m : s.plots)
-    if (m.source == 1 && m.epoch > step) m.plot.range_m += 400;  // four sigma of what it can be
+    if (m.source == 1 && m.epoch > step) test::polar(m).range_m += 400;  // four sigma of what it can be
   s.settings.gps.no_gps.enabled = false;
   s.settings.arbitration.reopen_after = 20;
   const auto ts = make_method("ts", s.settings);

@@ -200,7 +200,7 @@ TEST(Launch, SceneIsTheOneOfTheReference) {
   std::array<int, 3> count{};  // fixes, plots of each radar
   std::array<double, 3> first{1e9, 1e9, 1e9};
   for (const launch::Instant& i : scene.instants()) {
-    const std::size_t k = i.kind == Measurement::Kind::Gps ? 0 : static_cast<std::size_t>(1 + i.radar);
+    const std::size_t k = i.is_plot ? static_cast<std::size_t>(1 + i.source) : 0;
     ++count[k];
     first[k] = std::min(first[k], i.t_s);
   }
@@ -218,8 +218,7 @@ TEST(Launch, CasesDifferByWhatTheyAreNamedForOnly) {
   std::size_t k = 0;
   for (const Measurement& m : lost.measurements) {
     while (base.measurements[k].epoch < m.epoch) ++k;
-    EXPECT_EQ(base.measurements[k].plot.range_m, m.plot.range_m);
-    EXPECT_EQ(base.measurements[k].position.m, m.position.m);
+    EXPECT_EQ(base.measurements[k].measured, m.measured);
   }
   const launch::Drawn tagged = scene.draw(launch::Case::TimeTag, 5, 3);
   EXPECT_EQ(tagged.bias[1].time_tag_s, 5e-3);
@@ -233,12 +232,12 @@ TEST(Launch, BiasLeftIsNoneWhenTheBiasIsKnown) {
   const BiasModel model = bias_model({BiasBlock::Polar, BiasBlock::Time});
   for (std::size_t k = 0; k < scene.instants().size(); k += 997) {
     const launch::Instant& instant = scene.instants()[k];
-    if (instant.kind == Measurement::Kind::Gps) continue;
-    const sim::RadarBias& truth = drawn.bias[static_cast<std::size_t>(instant.radar)];
+    if (!instant.is_plot) continue;
+    const sim::RadarBias& truth = drawn.bias[static_cast<std::size_t>(instant.source)];
     std::vector<double> known;
     for (const BiasTerm term : model.terms)
       known.push_back(launch::bias_vector(truth)[static_cast<Eigen::Index>(term)]);
-    const Site& site = scene.site(instant.radar);
+    const Site& site = scene.site(instant.source);
     // Compensation is evaluated at the measured point: what remains is of second order in the bias.
     const double before = launch::bias_left(instant, truth, site, {}, {}).m.norm();
     EXPECT_LT(launch::bias_left(instant, truth, site, model.terms, known).m.norm(), 2e-3 * before) << instant.t_s;
@@ -249,8 +248,8 @@ TEST(Launch, BiasLeftIsNoneWhenTheBiasIsKnown) {
 TEST(Launch, BiasLeftOfATimeTagIsWhereTheTargetWas) {
   const launch::Scene scene;
   const launch::Instant& instant = scene.instants()[5001];
-  ASSERT_EQ(instant.kind, Measurement::Kind::Radar);
-  const Site& site = scene.site(instant.radar);
+  ASSERT_TRUE(instant.is_plot);
+  const Site& site = scene.site(instant.source);
   const auto true_enu = [&](double t_s) {
     return site.enu_of({scene.motion(scene.liftoff() + seconds(t_s)).head<3>()}).m;
   };

@@ -52,10 +52,9 @@ class PlainCv {
   }
 
   Outcome apply(State& state, const Measurement& m) const {
-    if (m.kind != Measurement::Kind::Radar || !settings_.radars[static_cast<std::size_t>(m.source)].measures_range)
-      return {};
+    if (is_fix(m) || !tells_position(m.measured)) return {};
     const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
-    const ConvertedMeasurement plot = convert_unbiased(m.plot, radar.sigma);
+    const ConvertedMeasurement plot = convert_unbiased(plot_of(m.measured).measured, radar.sigma);
     const Mat<3, 3> R_ecef_enu = radar.site.R_enu_ecef().R.transpose();
     const Vec<3> z = radar.site.ecef_of(plot.z).m;
     const Mat<3, 3> R = R_ecef_enu * plot.R * R_ecef_enu.transpose();

@@ -52,18 +52,20 @@ class Bound::Impl {
       predict_bias(h_, layout_, dt);
     }
     linearise_at_truth(m.epoch);
-    if (m.kind == Measurement::Kind::Gps) {
-      if (m.velocity_valid && settings_.gps_use.velocity) {
-        add_information<6>(fix_jacobian<6>(motion_at), fix_noise<6>(m));
+    if (is_fix(m)) {
+      const Fix& fix = fix_of(m);
+      if (fix.velocity_valid && settings_.gps_use.velocity) {
+        add_information<6>(fix_jacobian<6>(motion_at), fix_noise<6>(fix));
       } else {
-        add_information<3>(fix_jacobian<3>(motion_at), fix_noise<3>(m));
+        add_information<3>(fix_jacobian<3>(motion_at), fix_noise<3>(fix));
       }
       return;
     }
+    const Polar plot = plot_of(m.measured).measured;
     const auto source = static_cast<std::size_t>(m.source);
     const RadarModel& radar = settings_.radars[source];
-    const PlotLinearisation l = linearise_plot(h_, motion_at, model_, radar, layout_.radars[source], m.plot);
-    add_information<3>(l.H, plot_variance(radar, m.plot.elevation_rad).asDiagonal());
+    const PlotLinearisation l = linearise_plot(h_, motion_at, model_, radar, layout_.radars[source], plot);
+    add_information<3>(l.H, plot_variance(radar, plot.elevation_rad).asDiagonal());
   }
 
   [[nodiscard]] Mat<9, 9> track() const { return h_.P.block<9, 9>(motion_at, motion_at); }

@@ -86,8 +86,8 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
   bool agrees = false;
   if (fused && radars != 0) {
     motion = fused->mean;
-    const Mat<3, 3> S = fused->cov.topLeftCorner<3, 3>() + fix_covariance(m);
-    agrees = normalised_square<3>(m.position.m - motion.head<3>(), S) <= gate3_;
+    const Mat<3, 3> S = fused->cov.topLeftCorner<3, 3>() + fix_covariance(fix_of(m));
+    agrees = normalised_square<3>(fix_of(m).position.m - motion.head<3>(), S) <= gate3_;
   } else if (gps.reference.started) {
     motion.head<6>() =
         cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3).mean;
@@ -106,7 +106,8 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
 Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
   const Gaussian<6> predicted =
       cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3);
-  const Mat<3, 3> R = fix_covariance(m);
+  const Fix& fix = fix_of(m);
+  const Mat<3, 3> R = fix_covariance(fix);
   Outcome outcome;
   const auto take = [&](const auto& u) {
     outcome = {.verdict = u.verdict, .nis = u.nis, .dof = static_cast<int>(u.innovation.size())};
@@ -116,27 +117,28 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
     gps.epoch = m.epoch;
     if (settings_.gps.alignment.smooth) add_knot(gps);
   };
-  if (m.velocity_valid && settings_.gps_use.velocity) {
+  if (fix.velocity_valid && settings_.gps_use.velocity) {
     Mat<6, 6> R6 = Mat<6, 6>::Zero();
     R6.topLeftCorner<3, 3>() = R;
-    R6.bottomRightCorner<3, 3>().diagonal().setConstant(m.sigma_velocity_m_s * m.sigma_velocity_m_s);
+    R6.bottomRightCorner<3, 3>().diagonal().setConstant(fix.sigma_velocity_m_s * fix.sigma_velocity_m_s);
     Vec<6> z;
-    z << m.position.m, m.velocity.m_s;
+    z << fix.position.m, fix.velocity.m_s;
     take(kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_));
   } else {
-    take(kalman_update<6, 3>(predicted, m.position.m - H * predicted.mean, H, R, gate3_));
+    take(kalman_update<6, 3>(predicted, fix.position.m - H * predicted.mean, H, R, gate3_));
   }
   // A gated fix leaves track and age as they were: the reference must not look fresh.
   return outcome;
 }
 
 void CartesianAlign::start_gps(GpsTrack& gps, const Measurement& m) const {
-  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
-  const double sigma_velocity = with_velocity ? m.sigma_velocity_m_s : settings_.start.sigma_velocity_m_s;
+  const Fix& fix = fix_of(m);
+  const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
+  const double sigma_velocity = with_velocity ? fix.sigma_velocity_m_s : settings_.start.sigma_velocity_m_s;
   gps.epoch = m.epoch;
-  gps.state.mean << m.position.m, (with_velocity ? m.velocity.m_s : Vec<3>::Zero());
+  gps.state.mean << fix.position.m, (with_velocity ? fix.velocity.m_s : Vec<3>::Zero());
   gps.state.cov.setZero();
-  gps.state.cov.topLeftCorner<3, 3>() = fix_covariance(m);
+  gps.state.cov.topLeftCorner<3, 3>() = fix_covariance(fix);
   gps.state.cov.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_velocity * sigma_velocity);
   gps.knot_count = 0;
   gps.held.clear();  // no fix of this track came before them
@@ -147,7 +149,8 @@ TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) co
   const RadarModel& model = settings_.radars[static_cast<std::size_t>(m.source)];
   RadarBias& bias = state.radars[static_cast<std::size_t>(m.source)];
 
-  const ConvertedMeasurement converted = convert_unbiased(without_refraction(model, m.plot), model.sigma);  // (8)-(13)
+  const ConvertedMeasurement converted =
+      convert_unbiased(without_refraction(model, plot_of(m.measured).measured), model.sigma);  // (8)-(13)
   const Mat<3, 3> R_sez_enu = sez_from_enu().R;
   const Vec<3> z_sez = R_sez_enu * converted.z.m;
   const Mat<3, 3> R_sez = R_sez_enu * converted.R * R_sez_enu.transpose();

@@ -35,10 +35,6 @@ Joint::State Joint::initial() const {
   return s;
 }
 
-int Joint::source_of(const Measurement& m) const {
-  return m.kind == Measurement::Kind::Gps ? static_cast<int>(settings_.radars.size()) + m.source : m.source;
-}
-
 void Joint::size_state(State& s, Target& t, bool without_gps) const {
   t.without_gps = without_gps;
   t.bank.count = models_.count;
@@ -93,7 +89,7 @@ void Joint::start_by(State& s, const Measurement& m, bool without_gps) const {
 void Joint::restart_motion(Target& t, const Measurement& m) const {
   t.epoch = t.mixed = t.data_epoch = m.epoch;
   t.bank.probability = models_.initial_probability;
-  if (m.kind == Measurement::Kind::Gps) {
+  if (is_fix(m)) {
     set_motion(t, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
     return;
   }
@@ -126,10 +122,10 @@ void Joint::advance(Target& t, Time to) const {
 
 Outcome Joint::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const bool gps = m.kind == Measurement::Kind::Gps;
+  const bool gps = is_fix(m);
   Outcome outcome;
   if (!t.started) {
-    if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
+    if (!tells_position(m.measured)) return outcome;
     start_by(s, m, !gps && settings_.gps.no_gps.enabled);
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
@@ -138,7 +134,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
     const bool contradicted = gps && t.without_gps;  // and arbitrated already
     if (outcome.verdict != Verdict::Accepted && !contradicted) outcome = arbitrate(s, m, outcome);
   }
-  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
+  count(s.accounts[static_cast<std::size_t>(m.source)], outcome);
   const bool waits = gps && t.without_gps;
   if (outcome.verdict != Verdict::Accepted || waits) return outcome;
 
@@ -235,13 +231,14 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
 
 Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
+  SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
+  const Fix& fix = fix_of(m);
   const auto use = [&]<int M>(double gate) {
-    return update<M>(t, account, fix_noise<M>(m), gate, [&](const Hypothesis& h, const MotionModel&) {
-      return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, m));
+    return update<M>(t, account, fix_noise<M>(fix), gate, [&](const Hypothesis& h, const MotionModel&) {
+      return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
     });
   };
-  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
+  const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 
@@ -265,17 +262,18 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
-  const Vec<3> variance = plot_variance(radar, m.plot.elevation_rad);
-  if (radar.measures_range) {
+  const Plot plot = plot_of(m.measured);
+  const Vec<3> variance = plot_variance(radar, plot.measured.elevation_rad);
+  if (plot.range_valid) {
     return update<3>(t, s.accounts[source], variance.asDiagonal(), gate3_,
                      [&](const Hypothesis& h, const MotionModel& model) {
-                       PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, m.plot);
+                       PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, plot.measured);
                        return std::pair(l.H, l.nu);
                      });
   }
   return update<2>(t, s.accounts[source], Mat<2, 2>(variance.tail<2>().asDiagonal()), gate2_,
                    [&](const Hypothesis& h, const MotionModel& model) {
-                     const PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, m.plot);
+                     const PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, plot.measured);
                      BlockJacobian<2> H{.motion_at = motion_at, .radar_at = block.at, .radar_size = block.size()};
                      H.of_motion = l.H.of_motion.bottomRows<2>();
                      H.of_radar = l.H.of_radar.bottomRows<2>();

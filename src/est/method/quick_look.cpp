@@ -28,8 +28,10 @@ void RadarTracker::start(State& state, int, Time epoch, const Gaussian<9>& estim
 }
 
 Outcome RadarTracker::apply(State& state, const Measurement& m) const {
-  const Vec<3> sigma = plot_variance(*radar_, m.plot.elevation_rad).cwiseSqrt();
-  const ConvertedMeasurement z = convert_unbiased(without_refraction(*radar_, m.plot), {sigma[0], sigma[1], sigma[2]});
+  const TimedPlot now{.epoch = m.epoch, .plot = plot_of(m.measured)};
+  const Polar& plot = now.plot.measured;
+  const Vec<3> sigma = plot_variance(*radar_, plot.elevation_rad).cwiseSqrt();
+  const ConvertedMeasurement z = convert_unbiased(without_refraction(*radar_, plot), {sigma[0], sigma[1], sigma[2]});
   const Mat<3, 3> axes = line_of_sight_axes<3>(z.z.m);
   const Vec<3> sigma_m = (axes.transpose() * z.R * axes).diagonal().cwiseSqrt();
   const auto start_by_plot = [&] {
@@ -51,7 +53,6 @@ Outcome RadarTracker::apply(State& state, const Measurement& m) const {
     return outcome;
   }
   state.refused.note(m.epoch);
-  const TimedPlot now{.epoch = m.epoch, .plot = m.plot};
   const bool again = of_one_vehicle(*radar_, state.refused_plot, now);
   state.refused_plot = now;
   if (again && state.refused.last(m.epoch, restart_after_)) start_by_plot();
@@ -89,13 +90,13 @@ QuickLook::QuickLook(MethodSettings settings) : settings_(std::move(settings)) {
 
 void QuickLook::start(int target, Time epoch, const Gaussian<9>& estimate) {
   for (std::size_t radar = 0; radar < settings_.radars.size(); ++radar) {
-    if (settings_.radars[radar].measures_range) tracks_[index(radar, target)].start(target, epoch, estimate);
+    if (measures_position(settings_.radars[radar].sigma)) tracks_[index(radar, target)].start(target, epoch, estimate);
   }
 }
 
 Outcome QuickLook::process(const Measurement& m, Time now) {
+  if (is_fix(m) || !tells_position(m.measured)) return {};
   const auto radar = static_cast<std::size_t>(m.source);
-  if (m.kind == Measurement::Kind::Gps || !settings_.radars[radar].measures_range) return {};
   Rewinder<RadarTracker>& track = tracks_[index(radar, m.target)];
   const Outcome outcome = track.process(m, now);
   SourceAccount& account = accounts_[radar];

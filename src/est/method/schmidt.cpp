@@ -172,20 +172,19 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   if (!t.has_state) size_state(t, m.epoch, settings_.gps.no_gps.enabled);
   advance(t, m.epoch);
-  const bool gps = m.kind == Measurement::Kind::Gps;
-  const Outcome outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
-  const std::size_t source = static_cast<std::size_t>(m.source) + (gps ? settings_.radars.size() : 0);
-  count(s.accounts[source], outcome);
+  const Outcome outcome = is_fix(m) ? apply_fix(s, m) : apply_plot(s, m);
+  count(s.accounts[static_cast<std::size_t>(m.source)], outcome);
   return outcome;
 }
 
 template <int M>
 Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const {
+  const Fix& fix = fix_of(m);
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    evidence[k] = evidence_of<M>(t.bank.mode[k], fix_jacobian<M>(gps_at), fix_residual<M>(t.bank.mode[k], gps_at, m),
-                                 fix_noise<M>(m));
+    evidence[k] = evidence_of<M>(t.bank.mode[k], fix_jacobian<M>(gps_at), fix_residual<M>(t.bank.mode[k], gps_at, fix),
+                                 fix_noise<M>(fix));
     if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
   }
   // The GPS track is the same in all modes: one judges for all.
@@ -200,7 +199,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
 
 Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = s.accounts[settings_.radars.size() + static_cast<std::size_t>(m.source)];
+  SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   const Hypothesis& h = t.bank.mode[0];
   TrackVelocity velocity;
   if (t.gps.started)
@@ -208,7 +207,7 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
                 .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
   if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   const auto follow = [&] {
-    const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
+    const bool with_velocity = fix_of(m).velocity_valid && settings_.gps_use.velocity;
     return with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
   };
   return follow_receiver(
@@ -238,14 +237,14 @@ Vec<9> Schmidt::judging_motion(const Target& t, Time at) const {
 bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
   if (!t.fused_started || Arbitration::recent_radars(t.life, fix.epoch) == 0) return false;
   const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
-  const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix);
-  return normalised_square<3>(fix.position.m - motion.mean.head<3>(), S) <= gate3_;
+  const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix_of(fix));
+  return normalised_square<3>(fix_of(fix).position.m - motion.mean.head<3>(), S) <= gate3_;
 }
 
 Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const auto source = static_cast<std::size_t>(m.source);
-  if (!settings_.radars[source].measures_range) return {};
+  if (!tells_position(m.measured)) return {};
   Outcome outcome;
   if (t.fused_started) {
     outcome = correct(t, s.accounts[source], m);
@@ -281,9 +280,10 @@ bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
   if (!has_reference(t, plot.epoch)) return false;
   const auto source = static_cast<std::size_t>(plot.source);
   const RadarModel& radar = settings_.radars[source];
+  const Polar polar = plot_of(plot.measured).measured;
   const PlotLinearisation l =
-      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], plot.plot);
-  const Mat<3, 3> R = plot_variance(radar, plot.plot.elevation_rad).asDiagonal();
+      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], polar);
+  const Mat<3, 3> R = plot_variance(radar, polar.elevation_rad).asDiagonal();
   return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gate3_);
 }
 
@@ -291,7 +291,8 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
-  const Mat<3, 3> R = plot_variance(radar, m.plot.elevation_rad).asDiagonal();
+  const Polar plot = plot_of(m.measured).measured;
+  const Mat<3, 3> R = plot_variance(radar, plot.elevation_rad).asDiagonal();
 
   // What the fused track and what the GPS track say of the plot; its noise is common to both.
   std::array<PlotLinearisation, ModelSet::max_models> by_fused;
@@ -300,7 +301,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    by_fused[k] = linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, m.plot);
+    by_fused[k] = linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot);
     of_fused[k] = evidence_of<3>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
     if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 3};
     log_likelihoods[i] = of_fused[k].log_likelihood;
@@ -314,7 +315,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const auto count = static_cast<std::size_t>(t.bank.count);
   std::array<Evidence<3>, ModelSet::max_models> of_gps;
   if (referenced) {
-    const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, m.plot);
+    const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, plot);
     for (std::size_t k = 0; k < count; ++k) of_gps[k] = evidence_of<3>(t.bank.mode[k], l.H, l.nu, R);
   }
   const bool agrees = referenced && of_gps[0].nis <= gate3_ &&
@@ -337,7 +338,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   if ((referenced && knots_ == 0) || (t.without_gps && follows))
     note_learnt(t, m.source, m.epoch, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
-    t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = m.plot});
+    t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = plot});
   if (agrees && !follows && m.epoch - t.data_epoch >= settings_.arbitration.restart_after) {
     start_fused_by(t, m);  // GPS tells that it is the track which is lost
     return {};

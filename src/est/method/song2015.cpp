@@ -35,16 +35,15 @@ void Song2015::start(State& state, int target, Time epoch, const Gaussian<9>& es
 }
 
 Outcome Song2015::apply(State& state, const Measurement& m) const {
-  if (m.kind == Measurement::Kind::Radar) return apply_plot(state, m);
-  const std::size_t account = settings().radars.size() + static_cast<std::size_t>(m.source);
-  return align_.apply_fix(state.align, state.accounts[account], m, fused(state, m.target, m.epoch));
+  if (!is_fix(m)) return apply_plot(state, m);
+  SourceAccount& account = state.accounts[static_cast<std::size_t>(m.source)];
+  return align_.apply_fix(state.align, account, m, fused(state, m.target, m.epoch));
 }
 
 Outcome Song2015::apply_plot(State& state, const Measurement& m) const {
-  const auto radar = static_cast<std::size_t>(m.source);
-  if (!settings().radars[radar].measures_range) return {};
+  if (!tells_position(m.measured)) return {};
   BatchTrack& track = state.fused[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = state.accounts[radar];
+  SourceAccount& account = state.accounts[static_cast<std::size_t>(m.source)];
 
   const TimedPosition z = align_.compensated(state.align, m);
   const bool refused = align_.is_refused(state.align, m);

@@ -8,20 +8,22 @@ namespace downrange {
 Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, const Vec<bias_term_count>& bias) {
   Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Zero()};
   double velocity_sigma = settings.start.sigma_velocity_m_s;
-  if (m.kind == Measurement::Kind::Gps) {
-    motion.mean.head<3>() = m.position.m;
-    const double sigma = std::max(m.sigma_horizontal_m, m.sigma_vertical_m);
+  if (is_fix(m)) {
+    const Fix& fix = fix_of(m);
+    motion.mean.head<3>() = fix.position.m;
+    const double sigma = std::max(fix.sigma_horizontal_m, fix.sigma_vertical_m);
     const double slow = settings.gps.error.enabled ? settings.gps.error.sigma_m : 0;
     motion.cov.diagonal().head<3>().setConstant(sigma * sigma + slow * slow);
-    if (m.velocity_valid && settings.gps_use.velocity) {
-      motion.mean.segment<3>(3) = m.velocity.m_s;
-      velocity_sigma = m.sigma_velocity_m_s;
+    if (fix.velocity_valid && settings.gps_use.velocity) {
+      motion.mean.segment<3>(3) = fix.velocity.m_s;
+      velocity_sigma = fix.sigma_velocity_m_s;
     }
   } else {
     const RadarModel& radar = settings.radars[static_cast<std::size_t>(m.source)];
     std::array<BiasTerm, bias_term_count> terms{};
     for (std::size_t i = 0; i < terms.size(); ++i) terms[i] = static_cast<BiasTerm>(i);
-    const Polar plot = without_refraction(radar, compensate(m.plot, terms, {bias.data(), terms.size()}));
+    const Polar plot =
+        without_refraction(radar, compensate(plot_of(m.measured).measured, terms, {bias.data(), terms.size()}));
     const ConvertedMeasurement converted = convert_unbiased(plot, radar.sigma);
     const Mat<3, 3> R_ecef_enu = radar.site.R_enu_ecef().R.transpose();
     motion.mean.head<3>() = radar.site.ecef_of(converted.z).m;
@@ -32,16 +34,17 @@ Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings, c
   return motion;
 }
 
-bool is_frozen(LastFix& last, const Measurement& fix, const TrackVelocity& track) {
+bool is_frozen(LastFix& last, const Measurement& m, const TrackVelocity& track) {
   constexpr double sigmas = 3;
   constexpr double reporting_quantum_m = 1;
   constexpr int too_often = 3;
+  const Fix& fix = fix_of(m);
   if (last.times == 0 || fix.position.m != last.position.m) {
-    last = {.position = fix.position, .since = fix.epoch, .times = 1, .track = track};
+    last = {.position = fix.position, .since = m.epoch, .times = 1, .track = track};
     return false;
   }
   ++last.times;
-  const double dt = (fix.epoch - last.since).seconds();
+  const double dt = (m.epoch - last.since).seconds();
   const double of_fix =
       2 * fix.sigma_horizontal_m * fix.sigma_horizontal_m + fix.sigma_vertical_m * fix.sigma_vertical_m;
   const double of_velocity = last.track.sigma_m_s * dt;
@@ -53,7 +56,7 @@ bool is_frozen(LastFix& last, const Measurement& fix, const TrackVelocity& track
   };
   const TrackVelocity stated{.m_s = fix.velocity.m_s, .sigma_m_s = std::sqrt(3) * fix.sigma_velocity_m_s};
   // At its very lift-off a vehicle moves less than some receivers resolve.
-  const bool in_flight = fix.in_flight && dt >= 1;
+  const bool in_flight = m.in_flight && dt >= 1;
   return in_flight || (fix.velocity_valid && moves(stated)) || moves(track) || moves(last.track);
 }
 

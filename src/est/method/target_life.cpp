@@ -25,9 +25,10 @@ constexpr double decisive = 30;
 }  // namespace
 
 bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second) {
-  const auto position = [&radar](const Polar& q) { return radar.site.ecef_of(enu_from_polar(q)).m; };
-  const double sigma_m = std::hypot(radar.sigma.range_m, second.plot.range_m * radar.sigma.azimuth_rad,
-                                    second.plot.range_m * radar.sigma.elevation_rad);
+  const auto position = [&radar](const Plot& plot) { return radar.site.ecef_of(enu_from_polar(plot.measured)).m; };
+  const double range_m = second.plot.measured.range_m;
+  const double sigma_m =
+      std::hypot(radar.sigma.range_m, range_m * radar.sigma.azimuth_rad, range_m * radar.sigma.elevation_rad);
   const Duration apart = second.epoch - first.epoch;
   return apart <= recent && (position(second.plot) - position(first.plot)).norm() <=
                                 3 * std::sqrt(2) * sigma_m + most_speed_m_s * apart.seconds();
@@ -58,16 +59,16 @@ TargetLife Arbitration::unborn() const {
 void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
   life.accepted = m.epoch;
   life.refused = {};
-  if (m.kind == Measurement::Kind::Gps) {
+  if (is_fix(m)) {
     ReceiverLife& receiver = life.receiver;
     if (!receiver.accepted || was_silent(life, m)) receiver.since = m.epoch;
     receiver.heard = m.epoch;
-    receiver.accepted = m;
+    receiver.accepted = {.epoch = m.epoch, .fix = fix_of(m)};
     receiver.refused_count = 0;
     return;
   }
   RadarLife& radar = life.radars[static_cast<std::size_t>(m.source)];
-  radar.accepted = {.epoch = m.epoch, .plot = m.plot};
+  radar.accepted = {.epoch = m.epoch, .plot = plot_of(m.measured)};
   radar.rejected_in_row = 0;
   radar.opening.used(reopen_after_);
 }
@@ -75,14 +76,13 @@ void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
 Remedy Arbitration::rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Vec<9>& track) const {
   if (verdict == Verdict::Frozen) return Remedy::None;  // says nothing of the track
   life.refused.note(m.epoch);
-  return m.kind == Measurement::Kind::Gps ? rejected_fix(life, m, track) : rejected_plot(life, m);
+  return is_fix(m) ? rejected_fix(life, m, track) : rejected_plot(life, m);
 }
 
 Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) const {
   RadarLife& radar = life.radars[static_cast<std::size_t>(plot.source)];
-  const RadarModel& model = radars_[static_cast<std::size_t>(plot.source)];
-  const TimedPlot now{.epoch = plot.epoch, .plot = plot.plot};
-  const bool again = of_one_vehicle(model, radar.refused, now);
+  const TimedPlot now{.epoch = plot.epoch, .plot = plot_of(plot.measured)};
+  const bool again = of_one_vehicle(radars_[static_cast<std::size_t>(plot.source)], radar.refused, now);
   radar.refused = now;
   ++radar.rejected_in_row;
   if (life.refused.last(plot.epoch, restart_after_)) {
@@ -90,7 +90,7 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) con
     const ReceiverLife& receiver = life.receiver;
     const bool fix_is_due =
         receiver.refused_count > 1 && receiver.agreeing_since < receiver.heard && !was_silent(life, plot);
-    return model.measures_range && again && !fix_is_due ? Remedy::Restart : Remedy::None;
+    return tells_position(plot.measured) && again && !fix_is_due ? Remedy::Restart : Remedy::None;
   }
   const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
   if (radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
@@ -107,7 +107,8 @@ Remedy Arbitration::rejected_fix(TargetLife& life, const Measurement& fix, const
   return Remedy::Unite;
 }
 
-void Arbitration::remember_refused(ReceiverLife& receiver, const Measurement& fix, const Vec<9>& track) const {
+void Arbitration::remember_refused(ReceiverLife& receiver, const Measurement& m, const Vec<9>& track) const {
+  const TimedFix fix{.epoch = m.epoch, .fix = fix_of(m)};
   const bool agrees = (receiver.refused_count > 0 && agree(receiver.refused[2], fix, track)) ||
                       (receiver.refused_count > 1 && in_line(receiver.refused[1], receiver.refused[2], fix));
   if (receiver.refused_count == 0) receiver.continuous = receiver.accepted && agree(*receiver.accepted, fix, track);
@@ -119,24 +120,27 @@ void Arbitration::remember_refused(ReceiverLife& receiver, const Measurement& fi
   receiver.refused_count = std::min(receiver.refused_count + 1, static_cast<int>(receiver.refused.size()));
 }
 
-bool Arbitration::agree(const Measurement& first, const Measurement& second, const Vec<9>& track) const {
+bool Arbitration::agree(const TimedFix& first, const TimedFix& second, const Vec<9>& track) const {
+  const Fix& a = first.fix;
+  const Fix& b = second.fix;
   const double dt = (second.epoch - first.epoch).seconds();
-  const bool with_velocity = first.velocity_valid && second.velocity_valid && gps_use_velocity_;
-  const Vec<3> v = with_velocity ? Vec<3>((first.velocity.m_s + second.velocity.m_s) / 2) : Vec<3>(track.segment<3>(3));
-  const double sigma = std::hypot(second.sigma_horizontal_m, second.sigma_vertical_m);
-  return dt > 0 && (second.position.m - first.position.m - dt * v).norm() <=
+  const bool with_velocity = a.velocity_valid && b.velocity_valid && gps_use_velocity_;
+  const Vec<3> v = with_velocity ? Vec<3>((a.velocity.m_s + b.velocity.m_s) / 2) : Vec<3>(track.segment<3>(3));
+  const double sigma = std::hypot(b.sigma_horizontal_m, b.sigma_vertical_m);
+  return dt > 0 && (b.position.m - a.position.m - dt * v).norm() <=
                        3 * std::sqrt(2) * sigma + most_acceleration_m_s2 / 2 * dt * dt;
 }
 
-bool Arbitration::in_line(const Measurement& first, const Measurement& second, const Measurement& third) const {
-  if (gps_use_velocity_ && third.velocity_valid) return false;  // says better where it goes
+bool Arbitration::in_line(const TimedFix& first, const TimedFix& second, const TimedFix& third) const {
+  const Fix& newest = third.fix;
+  if (gps_use_velocity_ && newest.velocity_valid) return false;  // says better where it goes
   const double before = (second.epoch - first.epoch).seconds();
   const double dt = (third.epoch - second.epoch).seconds();
   if (before <= 0 || dt <= 0) return false;
-  const Vec<3> v = (second.position.m - first.position.m) / before;
-  const double sigma = std::hypot(third.sigma_horizontal_m, third.sigma_vertical_m);
+  const Vec<3> v = (second.fix.position.m - first.fix.position.m) / before;
+  const double sigma = std::hypot(newest.sigma_horizontal_m, newest.sigma_vertical_m);
   return v.norm() <= most_speed_m_s &&
-         (third.position.m - second.position.m - dt * v).norm() <=
+         (newest.position.m - second.fix.position.m - dt * v).norm() <=
              3 * std::sqrt(2) * sigma * (1 + dt / before) + most_acceleration_m_s2 / 2 * dt * (dt + before);
 }
 
@@ -146,26 +150,28 @@ bool Arbitration::three_agree(const ReceiverLife& receiver, const Vec<9>& track)
          ((agree(first, second, track) && agree(second, third, track)) || in_line(first, second, third));
 }
 
-bool Arbitration::overrules(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+bool Arbitration::overrules(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {
   const ReceiverLife& receiver = life.receiver;
   const bool established = receiver.accepted && receiver.accepted->epoch - receiver.since >= established_after;
-  if (!established && plausible(life, fix, track)) return true;
-  const std::uint64_t radars = recent_radars(life, fix.epoch);
+  if (!established && plausible(life, m, track)) return true;
+  const std::uint64_t radars = recent_radars(life, m.epoch);
   if (radars == 0) return true;  // nobody contradicts
-  const Misfit of_fix = misfit(life, radars, fix.epoch, motion_of(fix, track), fix_covariance(fix));
-  const Misfit of_track = misfit(life, radars, fix.epoch, track, fix_covariance(fix));
+  const Fix& fix = fix_of(m);
+  const Misfit of_fix = misfit(life, radars, m.epoch, motion_of(fix, track), fix_covariance(fix));
+  const Misfit of_track = misfit(life, radars, m.epoch, track, fix_covariance(fix));
   if (of_fix.chi2 + decisive < of_track.chi2) return true;  // it is the track that was led astray
   // The receiver is where its own past leads: then it is the one radar that has gone elsewhere.
   return established && std::has_single_bit(radars) && receiver.continuous;
 }
 
-bool Arbitration::plausible(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
-  const std::uint64_t radars = recent_radars(life, fix.epoch);
+bool Arbitration::plausible(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {
+  const std::uint64_t radars = recent_radars(life, m.epoch);
   if (radars == 0) return true;
-  const Misfit of_fix = misfit(life, radars, fix.epoch, motion_of(fix, track), fix_covariance(fix));
+  const Fix& fix = fix_of(m);
+  const Misfit of_fix = misfit(life, radars, m.epoch, motion_of(fix, track), fix_covariance(fix));
   if (of_fix.chi2 <= chi2_quantile(gate_probability_, of_fix.dof)) return true;
   // Against one radar, whose biases cannot explain it, a receiver must insist; against two it does not help.
-  return std::has_single_bit(radars) && fix.epoch - life.receiver.agreeing_since >= restart_after_;
+  return std::has_single_bit(radars) && m.epoch - life.receiver.agreeing_since >= restart_after_;
 }
 
 FirstFixes Arbitration::first_fixes(TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
@@ -194,7 +200,7 @@ std::uint64_t Arbitration::recent_radars(const TargetLife& life, Time now) {
   return mask;
 }
 
-Vec<9> Arbitration::motion_of(const Measurement& fix, const Vec<9>& track) const {
+Vec<9> Arbitration::motion_of(const Fix& fix, const Vec<9>& track) const {
   Vec<9> motion = track;
   motion.head<3>() = fix.position.m;
   if (fix.velocity_valid && gps_use_velocity_) motion.segment<3>(3) = fix.velocity.m_s;
@@ -223,13 +229,13 @@ Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t ma
     }
     const PredictedPlot predicted = predict_plot(radar, then, prior);
     const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
-    Vec<3> variance = plot_variance(radar, known.plot.elevation_rad);
+    Vec<3> variance = plot_variance(radar, known.plot.measured.elevation_rad);
     variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
     Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
     S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
     S.diagonal() += variance;
-    const Vec<3> nu = plot_residual(known.plot, predicted.q);
-    if (radar.measures_range) {
+    const Vec<3> nu = plot_residual(known.plot.measured, predicted.q);
+    if (known.plot.range_valid) {
       sum.chi2 += normalised_square<3>(nu, S);
       sum.dof += 3;
     } else {
@@ -240,14 +246,16 @@ Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t ma
   return sum;
 }
 
-Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
+Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {
+  const Fix& fix = fix_of(m);
   Vec<6> nu = Vec<6>::Zero();
   nu.head<3>() = fix.position.m - track.head<3>();
   if (fix.velocity_valid && gps_use_velocity_) {
     nu.tail<3>() = fix.velocity.m_s - track.segment<3>(3);
   } else if (life.receiver.refused_count == 3) {
     const auto& [first, second, third] = life.receiver.refused;
-    nu.tail<3>() = (third.position.m - first.position.m) / (third.epoch - first.epoch).seconds() - track.segment<3>(3);
+    nu.tail<3>() =
+        (third.fix.position.m - first.fix.position.m) / (third.epoch - first.epoch).seconds() - track.segment<3>(3);
   }
   return nu;
 }

@@ -6,11 +6,21 @@
 #include <string>
 
 namespace downrange {
+namespace {
+
+/// Up to the last radar that measures positions: what stands behind it has no track.
+int tracks_of(const std::vector<RadarModel>& radars) {
+  const auto last = std::find_if(radars.rbegin(), radars.rend(),
+                                 [](const RadarModel& radar) { return measures_position(radar.sigma); });
+  return static_cast<int>(radars.rend() - last);
+}
+
+}  // namespace
 
 template <class Rule>
 TrackLevel<Rule>::TrackLevel(MethodSettings settings)
     : align_(std::move(settings), true),
-      tracks_(static_cast<int>(std::ranges::count_if(align_.settings().radars, &RadarModel::measures_range))),
+      tracks_(tracks_of(align_.settings().radars)),
       gate3_(chi2_quantile(align_.settings().arbitration.gate_probability, 3)) {
   if (tracks_ > max_fused_tracks) {
     throw std::invalid_argument("track-level fusion takes at most " + std::to_string(max_fused_tracks) +
@@ -49,14 +59,14 @@ void TrackLevel<Rule>::start(State& state, int target, Time epoch, const Gaussia
 
 template <class Rule>
 Outcome TrackLevel<Rule>::apply(State& state, const Measurement& m) const {
-  if (m.kind == Measurement::Kind::Radar) return apply_plot(state, m);
-  const std::size_t account = settings().radars.size() + static_cast<std::size_t>(m.source);
-  return align_.apply_fix(state.align, state.accounts[account], m, fused(state, m.target, m.epoch));
+  if (!is_fix(m)) return apply_plot(state, m);
+  SourceAccount& account = state.accounts[static_cast<std::size_t>(m.source)];
+  return align_.apply_fix(state.align, account, m, fused(state, m.target, m.epoch));
 }
 
 template <class Rule>
 Outcome TrackLevel<Rule>::apply_plot(State& state, const Measurement& m) const {
-  if (m.source >= tracks_) return {};
+  if (!tells_position(m.measured)) return {};
   const auto radar = static_cast<std::size_t>(m.source);
   Target& t = state.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = state.accounts[radar];

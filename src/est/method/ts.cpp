@@ -74,11 +74,6 @@ typename Ts<N>::State Ts<N>::initial() const {
 }
 
 template <int N>
-int Ts<N>::source_of(const Measurement& m) const {
-  return m.kind == Measurement::Kind::Gps ? static_cast<int>(settings_.radars.size()) + m.source : m.source;
-}
-
-template <int N>
 void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
   t.started = true;
   t.epoch = t.data_epoch = epoch;
@@ -93,13 +88,13 @@ void Ts<N>::restart(Target& t, Time epoch, const Gaussian<9>& motion) const {
 template <int N>
 void Ts<N>::restart_by(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  if (m.kind == Measurement::Kind::Gps)
-    return restart(t, m.epoch, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
+  if (is_fix(m)) return restart(t, m.epoch, first_motion(m, settings_, Vec<bias_term_count>::Zero()));
 
   // The position where the radar, with the bias known so far, would have measured the plot: h(p, b^) = z.
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout_.radars[source];
+  const Polar plot = plot_of(m.measured).measured;
   const Vec<bias_term_count> bias = block.bias(s.bias.mean());
   Gaussian<9> motion = first_motion(m, settings_, bias);
   PredictedPlot predicted;
@@ -107,7 +102,7 @@ void Ts<N>::restart_by(State& s, const Measurement& m) const {
   for (int step = 0; step < newton_steps; ++step) {
     predicted = predict_plot(radar, motion.mean, bias);
     d_position = predicted.d_motion.leftCols<3>().inverse();
-    motion.mean.head<3>() += d_position * plot_residual(m.plot, predicted.q);
+    motion.mean.head<3>() += d_position * plot_residual(plot, predicted.q);
   }
   // Given b the plot's noise is all that is wrong, and where the target was within a time tag of unknown size.
   double tau_variance = 0;
@@ -116,7 +111,7 @@ void Ts<N>::restart_by(State& s, const Measurement& m) const {
       tau_variance = std::pow(block.prior_sigma()[i], 2);
   }
   motion.cov.topLeftCorner<3, 3>() =
-      d_position * plot_variance(radar, m.plot.elevation_rad).asDiagonal() * d_position.transpose() +
+      d_position * plot_variance(radar, plot.elevation_rad).asDiagonal() * d_position.transpose() +
       tau_variance * motion.cov.block<3, 3>(3, 3);
   restart(t, m.epoch, motion);
   for (int i = 0; i < block.terms; ++i) {
@@ -176,11 +171,11 @@ void Ts<N>::drift(State& s, Time to) const {
 template <int N>
 Outcome Ts<N>::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const bool gps = m.kind == Measurement::Kind::Gps;
+  const bool gps = is_fix(m);
   if (drifts_) drift(s, m.epoch);
   Outcome outcome;
   if (!t.started) {
-    if (!gps && !settings_.radars[static_cast<std::size_t>(m.source)].measures_range) return outcome;
+    if (!tells_position(m.measured)) return outcome;
     restart_by(s, m);
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
@@ -188,7 +183,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
     if (outcome.verdict != Verdict::Accepted) outcome = arbitrate(s, m, outcome);
   }
-  count(s.accounts[static_cast<std::size_t>(source_of(m))], outcome);
+  count(s.accounts[static_cast<std::size_t>(m.source)], outcome);
   if (outcome.verdict != Verdict::Accepted) return outcome;
 
   arbitration_.accepted(t.life, m);
@@ -252,12 +247,13 @@ Outcome Ts<N>::apply_fix(State& s, const Measurement& m) const {
 template <int N>
 Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = s.accounts[static_cast<std::size_t>(source_of(m))];
+  SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
+  const Fix& fix = fix_of(m);
   const Vec<N> x = compensated_mean(t.track, s.bias);
   const auto use = [&]<int M>(double gate) {
     Vec<M> nu;
-    nu.template head<3>() = m.position.m;
-    if constexpr (M == 6) nu.template tail<3>() = m.velocity.m_s;
+    nu.template head<3>() = fix.position.m;
+    if constexpr (M == 6) nu.template tail<3>() = fix.velocity.m_s;
     nu -= x.template head<M>();
     Mat<M, N> H = Mat<M, N>::Zero();
     H.template leftCols<M>().setIdentity();
@@ -265,9 +261,9 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
       nu.template head<3>() -= x.template tail<3>();
       H.template topRightCorner<3, 3>().setIdentity();
     }
-    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(m), gate));
+    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gate));
   };
-  const bool with_velocity = m.velocity_valid && settings_.gps_use.velocity;
+  const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
 }
 
@@ -277,21 +273,22 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout_.radars[source];
+  const Plot plot = plot_of(m.measured);
   const Vec<N> x = compensated_mean(t.track, s.bias);
   const PredictedPlot predicted = predict_plot(radar, x.template head<9>(), block.bias(s.bias.mean()));
-  const Vec<3> nu = plot_residual(m.plot, predicted.q);
+  const Vec<3> nu = plot_residual(plot.measured, predicted.q);
   Mat<3, N> H = Mat<3, N>::Zero();
   H.template leftCols<9>() = predicted.d_motion;
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, bias_term_count> C(3, block.terms);
   for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
-  const Vec<3> variance = plot_variance(radar, m.plot.elevation_rad);
+  const Vec<3> variance = plot_variance(radar, plot.measured.elevation_rad);
   const auto use = [&]<int M>(double gate) {
     const Mat<M, M> R = variance.template tail<M>().asDiagonal();
     return outcome_of<M>(s.accounts[source],
                          update(s.bias, t.track, Vec<M>(nu.template tail<M>()), Mat<M, N>(H.template bottomRows<M>()),
                                 C.template bottomRows<M>(), block.at, R, gate));
   };
-  return radar.measures_range ? use.template operator()<3>(gate3_) : use.template operator()<2>(gate2_);
+  return plot.range_valid ? use.template operator()<3>(gate3_) : use.template operator()<2>(gate2_);
 }
 
 template <int N>

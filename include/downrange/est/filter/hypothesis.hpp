@@ -158,13 +158,13 @@ template <int M>
   return H;
 }
 template <int M>
-[[nodiscard]] Mat<M, M> fix_noise(const Measurement& fix) {
+[[nodiscard]] Mat<M, M> fix_noise(const Fix& fix) {
   Mat<M, M> R = fix.sigma_velocity_m_s * fix.sigma_velocity_m_s * Mat<M, M>::Identity();
   R.template topLeftCorner<3, 3>() = fix_covariance(fix);
   return R;
 }
 template <int M>
-[[nodiscard]] Vec<M> fix_residual(const Hypothesis& h, int motion_at, const Measurement& fix) {
+[[nodiscard]] Vec<M> fix_residual(const Hypothesis& h, int motion_at, const Fix& fix) {
   Vec<M> z;
   z.template head<3>() = fix.position.m - h.x.segment<3>(motion_at + 9);
   if constexpr (M == 6) z.template tail<3>() = fix.velocity.m_s;

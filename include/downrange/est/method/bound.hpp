@@ -24,7 +24,8 @@ class Bound {
 
   /// The initial uncertainty at `epoch` (position, velocity, acceleration).
   void start(Time epoch, const Mat<9, 9>& cov);
-  /// The information of one measurement; only its epoch, kind, source and accuracies matter. In order of epoch.
+  /// The information of one fix or plot of range and angles; only its epoch, source and accuracies matter. In order of
+  /// epoch.
   void apply(const Measurement& m);
 
   /// At the epoch of the newest measurement; size as TrackEstimate::size (acceleration rows zero for cv).

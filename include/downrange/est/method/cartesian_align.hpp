@@ -88,7 +88,7 @@ class CartesianAlign {
   /// A plot that was not used: the radar's bias is opened again where that is due. What remains to do is the track's.
   Remedy rejected(State& state, const Measurement& plot, Verdict verdict) const;
   /// Brings the bias of the plot's radar up to date and takes it out: position in ECEF, age 0, with what is not known
-  /// of the bias as noise. For a radar that measures range.
+  /// of the bias as noise. Of a plot that tells a position.
   [[nodiscard]] TimedPosition compensated(State& state, const Measurement& m) const;
 
   [[nodiscard]] std::optional<TrackEstimate> gps_track(const State& state, int target, Time at) const;

@@ -94,7 +94,6 @@ class Joint {
   /// After a rejection; for a fix that is used after all, what became of it.
   Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
   void unite(Target& t, const Measurement& fix, const Vec<9>& track) const;
-  [[nodiscard]] int source_of(const Measurement& m) const;
 
   MethodSettings settings_;
   Arbitration arbitration_;

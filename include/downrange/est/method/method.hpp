@@ -98,8 +98,8 @@ struct MethodSettings {
   CartesianBiasSettings cartesian_bias;
   CartesianFusionSettings cartesian_fusion;
   QuickLookSettings quick_look;
-  std::vector<RadarModel> radars;  ///< angles-only trackers behind the radars
-  int stations = 0;
+  std::vector<RadarModel> radars;  ///< angles-only trackers behind the radars: the sources on the ground, by source id
+  int stations = 0;                ///< telemetry stations, whose source ids follow
   int targets = 1;
 };
 
@@ -122,10 +122,10 @@ class Method {
   /// The track by GPS alone, predicted to `at`. None: no accepted fix, or a method that has no such track.
   [[nodiscard]] virtual std::optional<TrackEstimate> gps_track(int target, Time at) const = 0;
 
-  /// Terms is 0 for a method that estimates no bias.
+  /// Of a radar or tracker, by source id. Terms is 0 for a method that estimates no bias.
   [[nodiscard]] virtual BiasEstimate bias(int radar) const = 0;
 
-  /// Radars first, then stations.
+  /// By source id.
   [[nodiscard]] virtual const SourceAccount& account(int source) const = 0;
 };
 

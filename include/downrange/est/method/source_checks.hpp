@@ -35,10 +35,11 @@ struct LastFix {
 /// - or for the third time although the vehicle moves: it is in flight, or by the fix's own velocity, or by the track's
 ///   at the first of them or now.
 /// A repeat at rest is a repeat, not a fault.
-[[nodiscard]] bool is_frozen(LastFix& last, const Measurement& fix, const TrackVelocity& track);
+[[nodiscard]] bool is_frozen(LastFix& last, const Measurement& m, const TrackVelocity& track);
 
-/// What one measurement says of the motion of a target that nothing is known of yet. Of a plot: with the bias (indexed
-/// by BiasTerm) taken out, and its noise only; what is not known of the bias is for `tie_to_bias`.
+/// What one measurement that tells a position says of the motion of a target that nothing is known of yet. Of a plot:
+/// with the bias (indexed by BiasTerm) taken out, and its noise only; what is not known of the bias is for
+/// `tie_to_bias`.
 [[nodiscard]] Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings,
                                        const Vec<bias_term_count>& bias);
 

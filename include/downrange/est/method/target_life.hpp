@@ -29,7 +29,11 @@ struct Refusals {
 /// A radar's plot, as measured.
 struct TimedPlot {
   Time epoch = never;
-  Polar plot;
+  Plot plot;
+};
+struct TimedFix {
+  Time epoch = never;
+  Fix fix;
 };
 /// Two plots of one vehicle, not an outlier and whatever came before it.
 [[nodiscard]] bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second);
@@ -56,13 +60,13 @@ struct RadarLife {
 
 /// What is remembered of the vehicle's receiver, whichever stations relay it.
 struct ReceiverLife {
-  Time heard = never;                    ///< newest fix that was not frozen
-  Time since = never;                    ///< since when, without a silence, it is believed
-  std::optional<Measurement> accepted;   ///< newest accepted fix
-  std::array<Measurement, 3> refused{};  ///< the last fixes since then, ascending, all rejected
-  int refused_count = 0;                 ///< how many of them are filled, from the back
-  bool continuous = false;               ///< the first fix refused was where the accepted ones led
-  Time agreeing_since = never;           ///< since when each rejected fix agrees with the one before it
+  Time heard = never;                 ///< newest fix that was not frozen
+  Time since = never;                 ///< since when, without a silence, it is believed
+  std::optional<TimedFix> accepted;   ///< newest accepted fix
+  std::array<TimedFix, 3> refused{};  ///< the last fixes since then, ascending, all rejected
+  int refused_count = 0;              ///< how many of them are filled, from the back
+  bool continuous = false;            ///< the first fix refused was where the accepted ones led
+  Time agreeing_since = never;        ///< since when each rejected fix agrees with the one before it
 };
 
 /// A value: part of a method's checkpoint. Assigning one to another of as many radars allocates nothing.
@@ -124,18 +128,18 @@ class Arbitration {
   [[nodiscard]] static Mat<6, 6> union_term(const Vec<6>& nu);
   /// Position and velocity by which a fix differs from the track. Where it has no velocity, that of the fixes refused
   /// before it counts.
-  [[nodiscard]] Vec<6> away_from(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] Vec<6> away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
 
  private:
   [[nodiscard]] Remedy rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
   [[nodiscard]] Remedy rejected_plot(TargetLife& life, const Measurement& plot) const;
-  void remember_refused(ReceiverLife& receiver, const Measurement& fix, const Vec<9>& track) const;
-  [[nodiscard]] bool agree(const Measurement& first, const Measurement& second, const Vec<9>& track) const;
+  void remember_refused(ReceiverLife& receiver, const Measurement& m, const Vec<9>& track) const;
+  [[nodiscard]] bool agree(const TimedFix& first, const TimedFix& second, const Vec<9>& track) const;
   /// Three fixes without velocity that move as one vehicle, whatever the track thinks of its velocity.
-  [[nodiscard]] bool in_line(const Measurement& first, const Measurement& second, const Measurement& third) const;
+  [[nodiscard]] bool in_line(const TimedFix& first, const TimedFix& second, const TimedFix& third) const;
   [[nodiscard]] bool three_agree(const ReceiverLife& receiver, const Vec<9>& track) const;
-  [[nodiscard]] bool overrules(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
-  [[nodiscard]] bool plausible(const TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] bool overrules(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
+  [[nodiscard]] bool plausible(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
   /// Of the radars in `mask`: how far their newest accepted plots are from the motion in terms of their priors, noise
   /// and `P`, the covariance of its position. chi2 with `dof` degrees of freedom where the motion is the truth.
   struct Misfit {
@@ -145,7 +149,7 @@ class Arbitration {
   [[nodiscard]] Misfit misfit(const TargetLife& life, std::uint64_t mask, Time epoch, const Vec<9>& motion,
                               const Mat<3, 3>& P) const;
   /// The motion that the fix tells, the track's where it tells nothing.
-  [[nodiscard]] Vec<9> motion_of(const Measurement& fix, const Vec<9>& track) const;
+  [[nodiscard]] Vec<9> motion_of(const Fix& fix, const Vec<9>& track) const;
 
   std::vector<RadarModel> radars_;
   Duration restart_after_;

@@ -71,7 +71,7 @@ class TrackLevel {
   }
 
   CartesianAlign align_;
-  int tracks_;  ///< the first radars, which measure range
+  int tracks_;  ///< of the first radars, to the last one that measures positions
   double gate3_;
 };
 

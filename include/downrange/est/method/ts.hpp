@@ -89,7 +89,6 @@ class Ts {
   Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
   /// The biases of the radars whose bits are set step by that share of their prior variance.
   void loosen_priors(State& s, std::uint64_t radars, double share) const;
-  [[nodiscard]] int source_of(const Measurement& m) const;
 
   MethodSettings settings_;
   Arbitration arbitration_;

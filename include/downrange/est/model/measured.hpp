@@ -46,6 +46,20 @@ struct Angles {
 /// The alternatives are in the order of the wire's ObservationKind: append only.
 using Measured = std::variant<Plot, Fix, Angles>;
 
+/// Of what a sensor on the ground saw (no fix): angles alone are a plot without range.
+[[nodiscard]] inline Plot plot_of(const Measured& measured) {
+  if (const auto* angles = std::get_if<Angles>(&measured))
+    return {.measured = {0, angles->azimuth_rad, angles->elevation_rad}, .range_valid = false};
+  return std::get<Plot>(measured);
+}
+
+/// It says by itself where the target is, so that a track may start with it: a fix, or a plot of range and angles.
+[[nodiscard]] inline bool tells_position(const Measured& measured) {
+  if (std::holds_alternative<Fix>(measured)) return true;
+  const Plot plot = plot_of(measured);
+  return plot.range_valid && plot.angles_valid;
+}
+
 /// Where a sensor on the ground saw the target; angles have range 0. Nothing of a fix, and of a plot that lacks a part.
 [[nodiscard]] inline std::optional<Polar> polar_of(const Measured& measured) {
   if (const auto* angles = std::get_if<Angles>(&measured)) return Polar{0, angles->azimuth_rad, angles->elevation_rad};

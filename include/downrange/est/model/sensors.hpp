@@ -20,7 +20,7 @@ struct PointingWander {
 /// One radar, or one angles-only tracker, as the filters see it.
 struct RadarModel {
   Site site;
-  PolarSigma sigma;  ///< as the filter uses it, inflation included
+  PolarSigma sigma;  ///< as the filter uses it, inflation included; 0: it never measures this
   /// sigma.azimuth_rad is on the sky, as a mount's pointing errors are: the noise of the azimuth itself is that over
   /// cos(elevation). False: it is the axis's own.
   bool azimuth_sigma_on_sky = false;
@@ -28,9 +28,13 @@ struct RadarModel {
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
   PointingWander wander{};
   std::shared_ptr<const RefractionTable> refraction =
-      nullptr;                 ///< of the air over the site; none: plots are free of it
-  bool measures_range = true;  ///< false: an angles-only tracker, `plot.range_m` means nothing
+      nullptr;  ///< of the air over the site; none: plots are free of it
 };
+
+/// Whether a plot with this noise may tell a position: range and both angles are measured.
+[[nodiscard]] inline bool measures_position(const PolarSigma& sigma) {
+  return sigma.range_m > 0 && sigma.azimuth_rad > 0 && sigma.elevation_rad > 0;
+}
 
 /// Slowly varying error of a receiver's position, per axis: first-order Gauss-Markov.
 struct GpsErrorModel {
