@@ -186,15 +186,12 @@ void check_origin_of_bias(const toml::table& table, const std::string& path, con
 
 }  // namespace
 
-std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> radars,
-                             std::span<const SensorBias> trackers) {
-  const std::span<const SensorBias> any = radars.empty() ? trackers : radars;
+std::string calibration_text(const CalibrationOrigin& origin, std::span<const CalibratedSensor> sensors) {
   std::string text = header;
   text += "\n[origin]\narchive = " + show_text(origin.archive) +
           "\nconfiguration = " + show_text(origin.configuration) +
-          "  # SHA-256\nmethod = " + show_text(any.empty() ? "" : any.front().method.view()) + '\n';
-  for (const SensorBias& bias : radars) text += sensor_text("radar", bias);
-  for (const SensorBias& bias : trackers) text += sensor_text("angle_sensor", bias);
+          "  # SHA-256\nmethod = " + show_text(sensors.empty() ? "" : sensors.front().bias.method.view()) + '\n';
+  for (const CalibratedSensor& sensor : sensors) text += sensor_text(std::string(to_string(sensor.kind)), sensor.bias);
   return text;
 }
 

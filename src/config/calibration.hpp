@@ -2,6 +2,7 @@
 /// Calibrations: what a flight found of its sensors' biases, as a TOML file for the next one.
 
 #include <downrange/stage/result.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,11 +17,15 @@ struct CalibrationOrigin {
   std::string configuration;  ///< hash of the configuration it was flown with
 };
 
+struct CalibratedSensor {
+  SourceKind kind = SourceKind::Radar;  ///< its table in the file
+  SensorBias bias;
+};
+
 /// The file's text: each sensor's terms with value, 1-sigma and state, and their correlation. A term that the flight
 /// did not show keeps the sigma it had, so nothing is pretended. The biases are of one method and of different sensors,
 /// with positive definite covariances.
-[[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const SensorBias> radars,
-                                           std::span<const SensorBias> trackers = {});
+[[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const CalibratedSensor> sensors);
 
 /// One sensor's table of such a file. Problems are reported; nothing when there are any.
 [[nodiscard]] std::optional<BiasCalibration> read_calibration(const toml::table& table, const std::string& path,

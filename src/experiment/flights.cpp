@@ -1,6 +1,7 @@
 #include "experiment/flights.hpp"
 
 #include <algorithm>
+#include <downrange/stage/source_table.hpp>
 #include <set>
 
 #include "experiment/parallel.hpp"
@@ -20,8 +21,8 @@ std::vector<Name> radars_seen(const RecordedFlight& flight) {
   for (const Event& event : flight.events)
     if (const auto* plot = std::get_if<RadarTspi>(&event)) seen.insert(plot->sensor);
   std::vector<Name> radars;
-  for (const RadarConfig& radar : flight.range.radars)
-    if (seen.contains(radar.id)) radars.push_back(radar.id);
+  for (const Source& source : SourceTable(flight.range))
+    if (seen.contains(source.name)) radars.push_back(source.name);
   return radars;
 }
 
@@ -29,7 +30,8 @@ std::vector<Name> radars_seen(const RecordedFlight& flight) {
 std::vector<Replay> replays(const RecordedFlight& flight, const std::vector<Name>& methods) {
   const std::vector<Name> radars = radars_seen(flight);
   std::vector<Name> stations;
-  for (const TelemetryConfig& station : flight.range.telemetry) stations.push_back(station.id);
+  for (const Source& source : SourceTable(flight.range))
+    if (source.kind == SourceKind::Telemetry) stations.push_back(source.name);
   const auto is_asked = [&](const Name& method) {
     return std::find(methods.begin(), methods.end(), method) != methods.end();
   };

@@ -5,6 +5,7 @@
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/refraction.hpp>
 #include <downrange/stage/engine.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <optional>
 
 #include "score/errors.hpp"
@@ -21,9 +22,9 @@ class Recorder final : public ResultSink {
  public:
   Recorder(ResultSink& scorer, const RecordedFlight& flight, const score::TruthTable& truth, Flown& flown)
       : scorer_(scorer), flight_(flight), truth_(truth), flown_(flown) {
-    for (const RadarConfig& radar : flight.range.radars) {
-      if (flown.replay.in_order && radar.refractivity > 0)
-        air_.emplace(radar.id, RefractionTable(atmosphere_over(radar.site.geodetic(), radar.refractivity)));
+    for (const Source& source : SourceTable(flight.range)) {
+      if (flown.replay.in_order && source.refractivity > 0)
+        air_.emplace(source.name, RefractionTable(atmosphere_over(source.site.geodetic(), source.refractivity)));
     }
   }
 

@@ -21,10 +21,9 @@ double median_of(std::vector<double> values) {
 }  // namespace
 
 OutlierFinder::OutlierFinder(const RangeConfig& range, TruthFunction truth) : truth_(std::move(truth)) {
-  for (const RadarConfig& r : range.radars)
-    instruments_[r.id] = {r.site, {r.sigma.range_m, r.sigma.azimuth_rad, r.sigma.elevation_rad}, true};
-  for (const AngleSensorConfig& s : range.angle_sensors)
-    instruments_[s.id] = {s.site, {1, s.sigma_azimuth_rad, s.sigma_elevation_rad}, false};
+  for (const Source& source : SourceTable(range))
+    instruments_[source.name] = {source.site,
+                                 {source.sigma.range_m, source.sigma.azimuth_rad, source.sigma.elevation_rad}};
 }
 
 void OutlierFinder::add(const Name& sensor, std::uint64_t sequence, Time epoch, const Polar& measured) {
@@ -35,8 +34,8 @@ void OutlierFinder::add(const Name& sensor, std::uint64_t sequence, Time epoch, 
   const Eigen::Vector3d error = plot_error(measured, polar_from_enu(instrument.site.enu_of(state->position)));
   if (!error.allFinite()) return;
   Plot plot{sequence, {}};
-  for (std::size_t k = instrument.measures_range ? 0 : 1; k < 3; ++k)
-    plot.sigmas[k] = error[static_cast<Eigen::Index>(k)] / instrument.sigma[k];
+  for (std::size_t k = 0; k < 3; ++k)
+    if (instrument.sigma[k] > 0) plot.sigmas[k] = error[static_cast<Eigen::Index>(k)] / instrument.sigma[k];
   bins_[{sensor, epoch.ns / bin.ns}].push_back(plot);
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <downrange/geo/polar.hpp>
-#include <downrange/stage/range_config.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <map>
 #include <set>
 #include <utility>
@@ -34,8 +34,7 @@ class OutlierFinder {
  private:
   struct Instrument {
     Site site;
-    std::array<double, 3> sigma;  ///< range, azimuth, elevation
-    bool measures_range;
+    std::array<double, 3> sigma;  ///< range, azimuth, elevation; 0: not measured
   };
   struct Plot {
     std::uint64_t sequence;

@@ -402,22 +402,21 @@ Name Scorer::first_method() const { return range_.fuse.methods.empty() ? Name() 
 std::optional<TrueState> Scorer::truth_at(Time t) const { return truth_ ? truth_(t) : std::nullopt; }
 
 const Site* Scorer::site_of(const Name& sensor) const {
-  const auto radar = std::ranges::find(range_.radars, sensor, &RadarConfig::id);
-  if (radar != range_.radars.end()) return &radar->site;
-  const auto tracker = std::ranges::find(range_.angle_sensors, sensor, &AngleSensorConfig::id);
-  return tracker == range_.angle_sensors.end() ? nullptr : &tracker->site;
+  const SourceId id = sources_.find(sensor);
+  return id == no_source ? nullptr : &sources_[id].site;
 }
 
 Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth, Time liftoff,
                std::vector<Phase> phases)
-    : range_(range), target_(target), truth_(std::move(truth)), liftoff_(liftoff), phases_(std::move(phases)) {
-  const auto add_air = [&](const auto& sensors) {
-    for (const auto& sensor : sensors)
-      if (sensor.refractivity > 0)
-        air_.emplace(sensor.id, RefractionTable(atmosphere_over(sensor.site.geodetic(), sensor.refractivity)));
-  };
-  add_air(range_.radars);
-  add_air(range_.angle_sensors);
+    : range_(range),
+      sources_(range),
+      target_(target),
+      truth_(std::move(truth)),
+      liftoff_(liftoff),
+      phases_(std::move(phases)) {
+  for (const Source& source : sources_)
+    if (source.refractivity > 0)
+      air_.emplace(source.name, RefractionTable(atmosphere_over(source.site.geodetic(), source.refractivity)));
 }
 
 Scorer::~Scorer() = default;
@@ -442,7 +441,7 @@ Summary Scorer::summary() const {
   for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run) rows.push_back(run->primary_score());
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : own.pointing_scores(antenna.id)) summary.pointing.push_back(score);
-  for (const Source& source : SourceTable(range_)) {
+  for (const Source& source : sources_) {
     summary.sources.push_back(own.source_score(source.name, source.kind));
     if (source.kind == SourceKind::Telemetry) continue;
     if (truth_) summary.systematic.push_back(own.systematic_score(source.name, source.kind));

@@ -6,6 +6,7 @@
 #include <downrange/geo/refraction.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <list>
 #include <map>
 #include <optional>
@@ -46,6 +47,7 @@ class Scorer {
   [[nodiscard]] const Site* site_of(const Name& sensor) const;  ///< null: not configured
 
   RangeConfig range_;
+  SourceTable sources_;
   Name target_;
   TruthFunction truth_;
   Time liftoff_;

@@ -28,11 +28,24 @@ SourceKind kind_of(const Measured& measured) {
 
 SourceTable::SourceTable(const RangeConfig& config) {
   for (const RadarConfig& radar : config.radars)
-    sources_.push_back({radar.id, SourceKind::Radar, radar.site, three_periods(radar.rate_hz)});
+    sources_.push_back({.name = radar.id,
+                        .kind = SourceKind::Radar,
+                        .site = radar.site,
+                        .silent_after = three_periods(radar.rate_hz),
+                        .sigma = radar.sigma,
+                        .refractivity = radar.refractivity});
   for (const AngleSensorConfig& sensor : config.angle_sensors)
-    sources_.push_back({sensor.id, SourceKind::AngleSensor, sensor.site, three_periods(sensor.rate_hz)});
+    sources_.push_back({.name = sensor.id,
+                        .kind = SourceKind::AngleSensor,
+                        .site = sensor.site,
+                        .silent_after = three_periods(sensor.rate_hz),
+                        .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad, .elevation_rad = sensor.sigma_elevation_rad},
+                        .refractivity = sensor.refractivity});
   for (const TelemetryConfig& station : config.telemetry)
-    sources_.push_back({station.id, SourceKind::Telemetry, station.site, config.align.gps.max_age});
+    sources_.push_back({.name = station.id,
+                        .kind = SourceKind::Telemetry,
+                        .site = station.site,
+                        .silent_after = config.align.gps.max_age});
 }
 
 SourceId SourceTable::find(SourceKind kind, const Name& name) const {

@@ -54,8 +54,10 @@ SensorBias drawn_bias(const char* sensor, unsigned seed) {
   return bias;
 }
 
-const std::string calibrated_text = calibration_text({.archive = "flight.mcap", .configuration = "0123"},
-                                                     std::vector{drawn_bias("goheung", 1), drawn_bias("jeju", 2)});
+const std::string calibrated_text =
+    calibration_text({.archive = "flight.mcap", .configuration = "0123"},
+                     std::vector<CalibratedSensor>{{SourceKind::Radar, drawn_bias("goheung", 1)},
+                                                   {SourceKind::Radar, drawn_bias("jeju", 2)}});
 
 /// A folder of its own per test and process with a range that names a calibration.
 class CalibrationFile : public testing::Test {
@@ -157,8 +159,9 @@ TEST_F(CalibrationFile, OfATrackerIsItsPrior) {
       << "\n[[angle_sensor]]\nid = \"optics\"\nlatitude_deg = 34.4\nlongitude_deg = 127.5\nheight_m = 10\n"
          "sigma_azimuth_deg = 0.003\nsigma_elevation_deg = 0.003\ncalibration = \"cal.toml\"\n";
   const auto text_of = [](const SensorBias& tracker) {
-    return calibration_text({.archive = "flight.mcap", .configuration = "0123"}, std::vector{drawn_bias("goheung", 1)},
-                            std::vector{tracker});
+    return calibration_text({.archive = "flight.mcap", .configuration = "0123"},
+                            std::vector<CalibratedSensor>{{SourceKind::Radar, drawn_bias("goheung", 1)},
+                                                          {SourceKind::AngleSensor, tracker}});
   };
   const ServiceConfig config = load(text_of(tracker_bias()));
   const BiasModel model = bias_model_of(config.range.angle_sensors.at(0));

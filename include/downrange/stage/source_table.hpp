@@ -28,8 +28,13 @@ struct Source {
   Name name;
   SourceKind kind = SourceKind::Radar;
   Site site;
-  Duration silent_after;  ///< nothing heard for longer: the source is silent
+  Duration silent_after;    ///< nothing heard for longer: the source is silent
+  PolarSigma sigma{};       ///< of the instrument, 1-sigma; 0: it does not measure this
+  double refractivity = 0;  ///< of the air that its plots are bent by, N-units at the site; 0: none
 };
+
+/// A plot of it tells a position by itself.
+[[nodiscard]] inline bool measures_position(const Source& source) { return measures_position(source.sigma); }
 
 class SourceTable {
  public:

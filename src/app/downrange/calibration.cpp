@@ -50,31 +50,24 @@ int write_calibration(const std::string& flight, const std::string& method, cons
   if (last.by_sensor.empty())
     throw std::runtime_error(flight + " holds no biases of method " + std::string(wanted.view()) +
                              "; it has biases of: " + listed(last.methods));
-  // In the order of the range.
-  const auto biases_of = [&](const auto& sensors) {
-    std::vector<SensorBias> biases;
-    for (const auto& sensor : sensors) {
-      const auto found = last.by_sensor.find(sensor.id);
-      if (found == last.by_sensor.end()) {
-        std::cerr << "downrange: no bias of " << sensor.id.view() << " in " << flight << ": left out\n";
-      } else {
-        biases.push_back(found->second);
-      }
+  std::vector<config::CalibratedSensor> sensors;
+  for (const Source& source : SourceTable(config.range)) {
+    if (source.kind == SourceKind::Telemetry) continue;  // has no bias
+    const auto found = last.by_sensor.find(source.name);
+    if (found == last.by_sensor.end()) {
+      std::cerr << "downrange: no bias of " << source.name.view() << " in " << flight << ": left out\n";
+    } else {
+      sensors.push_back({source.kind, found->second});
     }
-    return biases;
-  };
-  const std::vector<SensorBias> radars = biases_of(config.range.radars);
-  const std::vector<SensorBias> trackers = biases_of(config.range.angle_sensors);
+  }
   std::ofstream stream(out);
   stream << config::calibration_text(
-      {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, radars, trackers);
+      {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, sensors);
   if (!stream.flush()) throw std::runtime_error(out + ": cannot be written");
-  for (const auto& biases : {radars, trackers}) {
-    for (const SensorBias& bias : biases) {
-      const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
-      std::cout << text::printable(bias.sensor.view()) << ": " << bias.terms << " terms after " << bias.samples
-                << " plots, " << shown << " converged\n";
-    }
+  for (const auto& [kind, bias] : sensors) {
+    const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
+    std::cout << text::printable(bias.sensor.view()) << ": " << bias.terms << " terms after " << bias.samples
+              << " plots, " << shown << " converged\n";
   }
   std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]] or [[angle_sensor]]\n";
   return last.cut_off ? exit_cut_off : exit_ok;

@@ -187,12 +187,12 @@ void score_results(const Options& o, ResultSink& sink, Progress& progress, bool&
   cut_off = judge_end(reader, o.received) || cut_off;
 }
 
-/// Every radar that was heard, by itself.
+/// Every radar that was heard and tells positions, by itself.
 void score_radars_alone(const Options& o, const config::ServiceConfig& config, const std::set<Name>& heard,
                         score::Scorer& scorer, Progress& progress) {
   std::vector<Name> radars;
-  for (const RadarConfig& radar : config.range.radars)
-    if (heard.contains(radar.id)) radars.push_back(radar.id);
+  for (const Source& source : SourceTable(config.range))
+    if (measures_position(source) && heard.contains(source.name)) radars.push_back(source.name);
   for (std::size_t i = 0; i < radars.size(); ++i) {
     progress.show(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(radars.size()));
     replay_alone(o.flight, config.range, config.node.stages, radars[i],
