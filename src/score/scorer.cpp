@@ -343,6 +343,8 @@ class Scorer::Run : public ResultSink {
     }
   }
 
+  void add(const Integrity&) {}  // what a flight is scored by are its errors
+
   void add(const SensorBias& bias) {
     if (open_ && open_->source.second == bias.sensor) answered(bias.method, bias.received);
     if (bias.method == scorer_.first_method()) biases_[bias.sensor] = bias;
