@@ -97,7 +97,16 @@ class Engine::Impl {
   void tick(Time t) {
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
     if (methods_ && stages_.slave) slave_.tick(t, methods_->primary(), methods_->newest(), sink_);
-    if (t.ns % 1'000'000'000 == 0) monitor_.report(t, methods_ ? &methods_->primary() : nullptr, sink_);
+    if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
+  }
+
+  [[nodiscard]] SourceMonitor::Views views() const {
+    SourceMonitor::Views views{.orders = &ingest_.orders()};
+    if (methods_) {
+      views.method = &methods_->primary();
+      views.residuals = &methods_->residuals();
+    }
+    return views;
   }
 
   RangeConfig config_;

@@ -18,27 +18,7 @@ std::shared_ptr<const RefractionTable> refraction_of(const Sensor& sensor) {
 
 MethodSettings settings_of(const RangeConfig& config) {
   MethodSettings s;
-  for (const RadarConfig& radar : config.radars) {
-    const double angle = std::sqrt(radar.angle_inflation);
-    s.radars.push_back({.site = radar.site,
-                        .sigma = {.range_m = radar.sigma.range_m,
-                                  .azimuth_rad = radar.sigma.azimuth_rad * angle,
-                                  .elevation_rad = radar.sigma.elevation_rad * angle},
-                        .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
-                        .bias = bias_model_of(radar.bias),
-                        .wander = radar.wander,
-                        .refraction = refraction_of(radar)});
-  }
-  for (const AngleSensorConfig& sensor : config.angle_sensors) {
-    const double angle = std::sqrt(sensor.angle_inflation);
-    s.radars.push_back({.site = sensor.site,
-                        .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad * angle,
-                                  .elevation_rad = sensor.sigma_elevation_rad * angle},
-                        .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
-                        .bias = bias_model_of(sensor),
-                        .wander = sensor.wander,
-                        .refraction = refraction_of(sensor)});
-  }
+  s.radars = radar_models(config);
   s.stations = static_cast<int>(config.telemetry.size());
   s.targets = static_cast<int>(config.targets.size());
   s.arbitration = config.fuse.arbitration;
@@ -54,8 +34,36 @@ MethodSettings settings_of(const RangeConfig& config) {
 
 }  // namespace
 
-Methods::Methods(const RangeConfig& config) : config_(config), sources_(config), newest_(config.targets.size()) {
-  const MethodSettings settings = settings_of(config);
+std::vector<RadarModel> radar_models(const RangeConfig& config) {
+  std::vector<RadarModel> radars;
+  for (const RadarConfig& radar : config.radars) {
+    const double angle = std::sqrt(radar.angle_inflation);
+    radars.push_back({.site = radar.site,
+                      .sigma = {.range_m = radar.sigma.range_m,
+                                .azimuth_rad = radar.sigma.azimuth_rad * angle,
+                                .elevation_rad = radar.sigma.elevation_rad * angle},
+                      .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
+                      .bias = bias_model_of(radar.bias),
+                      .wander = radar.wander,
+                      .refraction = refraction_of(radar)});
+  }
+  for (const AngleSensorConfig& sensor : config.angle_sensors) {
+    const double angle = std::sqrt(sensor.angle_inflation);
+    radars.push_back({.site = sensor.site,
+                      .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad * angle,
+                                .elevation_rad = sensor.sigma_elevation_rad * angle},
+                      .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
+                      .bias = bias_model_of(sensor),
+                      .wander = sensor.wander,
+                      .refraction = refraction_of(sensor)});
+  }
+  return radars;
+}
+
+Methods::Methods(const RangeConfig& config) : Methods(config, settings_of(config)) {}
+
+Methods::Methods(const RangeConfig& config, const MethodSettings& settings)
+    : config_(config), sources_(config), newest_(config.targets.size()), residuals_(sources_.size(), settings.radars) {
   for (const Name& name : config.fuse.methods)
     runners_.push_back({.name = name,
                         .method = make_method(name.view(), settings),
@@ -65,12 +73,14 @@ Methods::Methods(const RangeConfig& config) : config_(config), sources_(config),
 void Methods::process(const Observation& o, bool in_flight) {
   Measurement m;
   m.epoch = o.epoch;
-  m.source = sources_.find(kind_of(o.measured), o.sensor);
+  const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
+  m.source = source;
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
   m.measured = o.measured;
   m.in_flight = in_flight;
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
+  if (m.epoch >= newest) residuals_.note(source, m.target, o, primary());
   newest = std::max(newest, m.epoch);
   for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
 }

@@ -9,7 +9,12 @@
 #include <memory>
 #include <vector>
 
+#include "residuals.hpp"
+
 namespace downrange {
+
+/// Radars and trackers behind them, as the methods are told of them.
+[[nodiscard]] std::vector<RadarModel> radar_models(const RangeConfig& config);
 
 class Methods {
  public:
@@ -30,10 +35,15 @@ class Methods {
   /// data behind it. To be asked before an estimate is, which costs the more the older its data is.
   [[nodiscard]] const std::vector<Time>& newest() const { return newest_; }
 
+  /// How far the sources are from the primary method's track.
+  [[nodiscard]] const Residuals& residuals() const { return residuals_; }
+
   /// The first method: SLAVE points by its tracks, health reports its residuals.
   [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
 
  private:
+  Methods(const RangeConfig& config, const MethodSettings& settings);
+
   struct Published {
     Time epoch;
     Vec<9> mean = Vec<9>::Zero();
@@ -52,6 +62,7 @@ class Methods {
   SourceTable sources_;
   std::vector<Runner> runners_;
   std::vector<Time> newest_;  ///< per target
+  Residuals residuals_;
 };
 
 }  // namespace downrange

@@ -6,7 +6,14 @@
 namespace downrange {
 namespace {
 
-constexpr int distrusted_after = 10;  ///< rejected this often in a row, a source is not to be trusted
+/// Everything rejected for so long, and at least so often: not to be trusted. The same for every source: by counts
+/// alone a fast radar would ring long before GPS does.
+constexpr Duration distrusted_after = milliseconds(2000);
+constexpr int distrusted_count = 3;
+
+bool distrusted(Time tick, Time since, int in_row) {
+  return in_row >= distrusted_count && tick - since >= distrusted_after;
+}
 
 }  // namespace
 
@@ -27,7 +34,33 @@ std::string_view why_not_qualified(const SourceHealth& health) {
   return {};
 }
 
-SourceMonitor::SourceMonitor(const RangeConfig& config) : sources_(config), accounts_(sources_.size()) {}
+SourceMonitor::SourceMonitor(const RangeConfig& config)
+    : sources_(config), accounts_(sources_.size()), verdicts_(config.targets.size() * sources_.size()) {
+  for (const TargetConfig& target : config.targets) targets_.push_back(target.id);
+}
+
+void SourceMonitor::note(const Integrity& record) {
+  const auto target = std::ranges::find(targets_, record.target);
+  if (target == targets_.end()) return;
+  const std::size_t first = static_cast<std::size_t>(target - targets_.begin()) * sources_.size();
+  for (const SourceIntegrity& source : record.sources) {
+    const SourceId id = sources_.find(source.sensor);
+    if (id == no_source) continue;
+    verdicts_[first + static_cast<std::size_t>(id)] = {source.verdict, source.since, source.by};
+  }
+}
+
+const SourceMonitor::Verdict& SourceMonitor::verdict_on(SourceId source) const {
+  // Agrees, suspect, ambiguous, excluded.
+  const auto rank = [](const Verdict& v) {
+    return v.verdict == IntegrityVerdict::Excluded ? 4 : static_cast<int>(v.verdict);
+  };
+  std::size_t worst = static_cast<std::size_t>(source);
+  for (std::size_t i = worst; i < verdicts_.size(); i += sources_.size()) {
+    if (rank(verdicts_[i]) > rank(verdicts_[worst])) worst = i;
+  }
+  return verdicts_[worst];
+}
 
 void SourceMonitor::count(const Observation& o) {
   const SourceKind kind = kind_of(o.measured);
@@ -38,6 +71,7 @@ void SourceMonitor::count(const Observation& o) {
   if (plausible(o.received)) account.newest = o.received;
   // A station whose every fix another one relayed before does its work.
   const bool good = o.verdict == Reason::Accepted || (kind == SourceKind::Telemetry && o.verdict == Reason::Duplicate);
+  if (!good && account.rejected_in_row == 0) account.rejected_since = account.newest;
   account.rejected_in_row = good ? 0 : account.rejected_in_row + 1;
   if (!good) account.rejected_for = o.verdict;
   if (o.verdict == Reason::UnknownSource) return;
@@ -49,17 +83,21 @@ void SourceMonitor::count(const Observation& o) {
   account.seen = true;
 }
 
-void SourceMonitor::report(Time tick, const Method* method, ResultSink& sink) {
+void SourceMonitor::report(Time tick, const Views& views, ResultSink& sink) {
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
     Account& account = accounts_[static_cast<std::size_t>(id)];
     SourceHealth h = health(tick, sources_[id].name, account);
-    int gated_in_row = 0;
-    if (method != nullptr) {
-      const SourceAccount& of_method = method->account(id);
-      add(of_method, account, h);
-      gated_in_row = of_method.rejected_in_row;
+    if (views.method != nullptr) add(tick, views.method->account(id), account, h);
+    if (views.residuals != nullptr) {
+      const ResidualSize size = views.residuals->of(id);
+      h.residual_m = size.m;
+      h.expected_m = size.expected_m;
+      h.residual_rad = size.rad;
+      h.expected_rad = size.expected_rad;
     }
-    qualify(tick, sources_[id], account, gated_in_row, h);
+    qualify(tick, sources_[id], account, h);
+    overrule(id, views.orders, h);
+    tell_since(views.orders != nullptr ? views.orders->of(id) : nullptr, verdict_on(id), account, h);
     sink.emit(h);
   }
   if (unknown_.messages == 0) return;
@@ -81,7 +119,7 @@ SourceHealth SourceMonitor::health(Time tick, const Name& name, Account& account
   return h;
 }
 
-void SourceMonitor::add(const SourceAccount& of_method, Account& account, SourceHealth& health) {
+void SourceMonitor::add(Time tick, const SourceAccount& of_method, Account& account, SourceHealth& health) {
   const std::uint64_t rejected = of_method.gated + of_method.frozen;
   auto& accepted = health.count[static_cast<std::size_t>(Reason::Accepted)];
   accepted -= std::min(rejected, accepted);
@@ -96,24 +134,67 @@ void SourceMonitor::add(const SourceAccount& of_method, Account& account, Source
   health.mismatch = of_method.mismatch.rings();
   account.frozen = of_method.rejected_in_row > 0 && (account.frozen || of_method.frozen != account.reported_frozen);
   account.reported_frozen = of_method.frozen;
+  // What the account shows came within the second before.
+  if (of_method.rejected_in_row == 0)
+    account.gated_since = tick;
+  else if (account.gated_in_row == 0 || of_method.accepted != account.reported_accepted)
+    account.gated_since = tick - seconds(1);
+  account.reported_accepted = of_method.accepted;
+  account.gated_in_row = of_method.rejected_in_row;
 }
 
-void SourceMonitor::qualify(Time tick, const Source& source, const Account& account, int gated_in_row,
-                            SourceHealth& health) {
+void SourceMonitor::qualify(Time tick, const Source& source, const Account& account, SourceHealth& health) {
   const auto rejected = [&](Reason reason) {
     health.why = Disqualification::Rejected;
     health.rejected_for = reason;
   };
   if (account.messages == 0 || tick - account.newest > source.silent_after) {
     health.why = Disqualification::Silent;
-  } else if (account.rejected_in_row >= distrusted_after) {
+  } else if (distrusted(tick, account.rejected_since, account.rejected_in_row)) {
     rejected(account.rejected_for);
   } else if (account.frozen) {
     rejected(Reason::Frozen);
-  } else if (gated_in_row >= distrusted_after) {
+  } else if (distrusted(tick, account.gated_since, account.gated_in_row)) {
     rejected(Reason::Gated);
   }
   health.qualified = health.why == Disqualification::None;
+}
+
+void SourceMonitor::overrule(SourceId source, const Orders* orders, SourceHealth& health) const {
+  const Verdict& verdict = verdict_on(source);
+  const StandingOrder* order = orders != nullptr ? orders->of(source) : nullptr;
+  health.forced = order != nullptr && order->order == OperatorOrder::Force;
+  if (order != nullptr) health.reason = order->reason;
+  if (order != nullptr && order->order == OperatorOrder::Inhibit) {
+    health.why = Disqualification::Inhibited;
+    health.by = order->by;
+  } else if (verdict.verdict == IntegrityVerdict::Excluded && health.why != Disqualification::Silent) {
+    health.why = Disqualification::Excluded;
+    health.by = verdict.by;
+  } else if (verdict.verdict != IntegrityVerdict::Agrees) {
+    health.suspect = true;
+    health.by = verdict.by;
+  } else if (health.forced) {
+    health.by = order->by;
+  }
+  health.qualified = health.why == Disqualification::None;
+}
+
+void SourceMonitor::tell_since(const StandingOrder* order, const Verdict& verdict, Account& account,
+                               SourceHealth& health) {
+  const bool same = health.why == account.why && health.suspect == account.suspect && health.by == account.by;
+  if (!same || account.since == Time{}) {
+    account.since = health.time;
+    if (health.why == Disqualification::Silent && account.messages > 0) account.since = account.newest;
+    if (health.why == Disqualification::Rejected)
+      account.since = account.rejected_in_row > 0 ? account.rejected_since : account.gated_since;
+    if (health.why == Disqualification::Inhibited) account.since = order->since;
+    if (health.why == Disqualification::Excluded || health.suspect) account.since = verdict.since;
+  }
+  account.why = health.why;
+  account.suspect = health.suspect;
+  account.by = health.by;
+  health.since = account.since;
 }
 
 }  // namespace downrange

@@ -1,5 +1,6 @@
 #pragma once
-/// Running account of every source: what came, how late, what was rejected and why, does it fit its model.
+/// Running account of every source: what came, how late, what was rejected and why, does it fit its model, and what an
+/// operator or INTEGRITY says of it.
 
 #include <downrange/est/method/method.hpp>
 #include <downrange/stage/range_config.hpp>
@@ -7,17 +8,29 @@
 #include <downrange/stage/source_table.hpp>
 #include <vector>
 
+#include "orders.hpp"
+#include "residuals.hpp"
+
 namespace downrange {
 
 class SourceMonitor {
  public:
   explicit SourceMonitor(const RangeConfig& config);
 
-  void count(const Observation& o);
+  /// What others know of the sources. Null: nobody does.
+  struct Views {
+    const Method* method = nullptr;        ///< what its gate rejected and how its innovations fit
+    const Residuals* residuals = nullptr;  ///< in units
+    const Orders* orders = nullptr;
+  };
 
-  /// One record per configured source, heard or not, and one for all that is not configured once something came of it;
-  /// `method` (null on an ingest node) adds what its gate rejected and how its innovations fit. Call once a second.
-  void report(Time tick, const Method* method, ResultSink& sink);
+  void count(const Observation& o);
+  /// The newest of each target.
+  void note(const Integrity& record);
+
+  /// One record per configured source, heard or not, and one for all that is not configured once something came of it.
+  /// Call once a second.
+  void report(Time tick, const Views& views, ResultSink& sink);
 
  private:
   /// What came of one source.
@@ -30,18 +43,41 @@ class SourceMonitor {
     double latency_s = 0;
     bool seen = false;
     int rejected_in_row = 0;  ///< by ingest
+    Time rejected_since;      ///< the first of them
     Reason rejected_for = Reason::Accepted;
     std::uint64_t reported_frozen = 0;
-    bool frozen = false;  ///< by the method, and none accepted since
+    bool frozen = false;                  ///< by the method, and none accepted since
+    int gated_in_row = 0;                 ///< by the method
+    std::uint64_t reported_accepted = 0;  ///< by the method, when it last accepted one
+    Time gated_since;                     ///< the report before the first that saw it reject
+    /// As the last report told it, and since when.
+    Disqualification why = Disqualification::None;
+    bool suspect = false;
+    Name by;
+    Time since;
+  };
+  /// What INTEGRITY says of one source of one target.
+  struct Verdict {
+    IntegrityVerdict verdict = IntegrityVerdict::Agrees;
+    Time since;
+    Name by;
   };
 
   [[nodiscard]] static SourceHealth health(Time tick, const Name& name, Account& account);
   /// What the method made of the source's messages.
-  static void add(const SourceAccount& of_method, Account& account, SourceHealth& health);
-  static void qualify(Time tick, const Source& source, const Account& account, int gated_in_row, SourceHealth& health);
+  static void add(Time tick, const SourceAccount& of_method, Account& account, SourceHealth& health);
+  /// By the source's own messages.
+  static void qualify(Time tick, const Source& source, const Account& account, SourceHealth& health);
+  /// By integrity and operators; then since when it is so.
+  void overrule(SourceId source, const Orders* orders, SourceHealth& health) const;
+  static void tell_since(const StandingOrder* order, const Verdict& verdict, Account& account, SourceHealth& health);
+  /// The worst of all targets.
+  [[nodiscard]] const Verdict& verdict_on(SourceId source) const;
 
   SourceTable sources_;
+  std::vector<Name> targets_;
   std::vector<Account> accounts_;  ///< by SourceId
+  std::vector<Verdict> verdicts_;  ///< by target, then SourceId
   Account unknown_;                ///< of whoever is not configured
 };
 

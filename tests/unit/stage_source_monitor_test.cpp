@@ -47,7 +47,7 @@ Observation fix(double t, Reason verdict = Reason::Accepted) { return observed("
 /// The record of one source at `t`.
 SourceHealth health_of(SourceMonitor& monitor, const Name& sensor, double t, const Method* method = nullptr) {
   Collector out;
-  monitor.report(liftoff + seconds(t), method, out);
+  monitor.report(liftoff + seconds(t), {.method = method}, out);
   for (const SourceHealth& health : out.of<SourceHealth>()) {
     if (health.sensor == sensor) return health;
   }
@@ -58,7 +58,7 @@ SourceHealth health_of(SourceMonitor& monitor, const Name& sensor, double t, con
 /// Of the source that has sent anything, there being one.
 SourceHealth health_at(SourceMonitor& monitor, double t, const Method* method = nullptr) {
   Collector out;
-  monitor.report(liftoff + seconds(t), method, out);
+  monitor.report(liftoff + seconds(t), {.method = method}, out);
   std::vector<SourceHealth> heard = out.of<SourceHealth>();
   std::erase_if(heard, [](const SourceHealth& health) {
     return std::ranges::all_of(health.count, [](std::uint64_t n) { return n == 0; });
@@ -94,14 +94,34 @@ TEST(SourceMonitor, SilentAfterThreePeriodsOrASecond) {
   EXPECT_EQ(state_of(health_at(gps, 5)), "silent");
 }
 
-TEST(SourceMonitor, MostlyRejectedByIngestWithTheNewestReason) {
+TEST(SourceMonitor, RejectedByIngestForTwoSecondsWithTheNewestReason) {
   SourceMonitor monitor(small_range());
-  for (int i = 0; i < 9; ++i) monitor.count(plot(1 + 0.1 * i, Reason::NotTracking));
-  EXPECT_EQ(state_of(health_at(monitor, 2)), "qualified");
-  monitor.count(plot(2, Reason::OutOfLimits));
-  EXPECT_EQ(state_of(health_at(monitor, 3)), "out_of_limits");
+  for (int i = 0; i < 19; ++i) monitor.count(plot(1 + 0.1 * i, Reason::NotTracking));
+  EXPECT_EQ(state_of(health_at(monitor, 2.9)), "qualified") << "for 1.9 s";
+  monitor.count(plot(3, Reason::OutOfLimits));
+  const SourceHealth health = health_at(monitor, 3);
+  EXPECT_EQ(state_of(health), "out_of_limits");
+  EXPECT_EQ(health.since, liftoff + seconds(1)) << "since the first of them";
   monitor.count(plot(3));
   EXPECT_EQ(state_of(health_at(monitor, 4)), "qualified");
+}
+
+TEST(SourceMonitor, TheSameSecondsForEverySource) {
+  for (const double rate_hz : {50.0, 10.0, 2.0}) {
+    RangeConfig range = small_range();
+    range.radars[0].rate_hz = rate_hz;
+    SourceMonitor monitor(range);
+    monitor.count(plot(1));
+    for (double t = 1 + 1 / rate_hz; t <= 2.5; t += 1 / rate_hz) monitor.count(plot(t, Reason::OutOfLimits));
+    EXPECT_EQ(state_of(health_at(monitor, 2.5)), "qualified") << rate_hz;
+    for (double t = 2.5 + 1 / rate_hz; t <= 4; t += 1 / rate_hz) monitor.count(plot(t, Reason::OutOfLimits));
+    EXPECT_EQ(state_of(health_at(monitor, 4)), "out_of_limits") << rate_hz;
+  }
+  SourceMonitor gps(small_range());
+  for (int i = 0; i < 2; ++i) gps.count(fix(1 + i, Reason::OutOfLimits));
+  EXPECT_EQ(state_of(health_at(gps, 3)), "qualified") << "two are not enough, whatever the time";
+  gps.count(fix(3, Reason::OutOfLimits));
+  EXPECT_EQ(state_of(health_at(gps, 3)), "out_of_limits");
 }
 
 TEST(SourceMonitor, AStationThatRelaysWhatAnotherRelayedFirstIsQualified) {
@@ -110,19 +130,33 @@ TEST(SourceMonitor, AStationThatRelaysWhatAnotherRelayedFirstIsQualified) {
   EXPECT_EQ(state_of(health_at(monitor, 20)), "qualified");
   // A radar has no second sender.
   SourceMonitor radar(small_range());
-  for (int i = 0; i < 20; ++i) radar.count(plot(19 + 0.01 * i, Reason::Duplicate));
+  for (int i = 0; i < 20; ++i) radar.count(plot(17.5 + 0.1 * i, Reason::Duplicate));
   EXPECT_EQ(state_of(health_at(radar, 20)), "duplicate");
 }
 
-TEST(SourceMonitor, GatedTenTimesInARow) {
+TEST(SourceMonitor, GatedForTwoSeconds) {
   const RangeConfig range = small_range();
   SourceMonitor monitor(range);
   Accounts method(range);
-  monitor.count(plot(1));
-  method.accounts[0].rejected_in_row = 9;
-  EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "qualified");
-  method.accounts[0].rejected_in_row = 10;
-  EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "gated");
+  SourceAccount& account = method.accounts[0];
+  account.accepted = 5;
+  const auto state = [&](double t) {
+    monitor.count(plot(t));
+    return state_of(health_at(monitor, t, &method));
+  };
+  EXPECT_EQ(state(1), "qualified");
+  account.rejected_in_row = 10;
+  EXPECT_EQ(state(2), "qualified") << "for a second at most";
+  account.rejected_in_row = 20;
+  EXPECT_EQ(state(3), "gated");
+  account.accepted = 6;
+  account.rejected_in_row = 9;
+  EXPECT_EQ(state(4), "qualified") << "one was accepted in between";
+  account.rejected_in_row = 0;
+  EXPECT_EQ(state(5), "qualified");
+  account.rejected_in_row = 2;
+  EXPECT_EQ(state(6), "qualified");
+  EXPECT_EQ(state(9), "qualified") << "two are not enough, whatever the time";
 }
 
 TEST(SourceMonitor, AFrozenReceiverIsNamedAtOnceAndUntilAFixIsAccepted) {
@@ -155,7 +189,7 @@ TEST(SourceMonitor, EverySourceHasHealthBeforeItIsHeard) {
   range.angle_sensors.push_back(test::small_tracker());
   SourceMonitor monitor(range);
   Collector out;
-  monitor.report(liftoff, nullptr, out);
+  monitor.report(liftoff, {}, out);
   std::vector<Name> sensors;
   for (const SourceHealth& health : out.of<SourceHealth>()) {
     sensors.push_back(health.sensor);
@@ -181,6 +215,80 @@ TEST(SourceMonitor, PassesTheMethodsAlarmOnWhichDisqualifiesNothing) {
   EXPECT_EQ(health.nis_inside_95, 0.9);
   EXPECT_TRUE(health.mismatch);
   EXPECT_EQ(state_of(health), "qualified");
+}
+
+/// The health of goheung under these orders.
+SourceHealth health_under(SourceMonitor& monitor, const Orders& orders, double t) {
+  Collector out;
+  monitor.report(liftoff + seconds(t), {.orders = &orders}, out);
+  return out.of<SourceHealth>().front();
+}
+
+OperatorCommand order(OperatorOrder what, double t) {
+  OperatorCommand command;
+  command.operator_id = "kim";
+  command.order = what;
+  command.subject = "goheung";
+  command.reason = "spent stage in the beam";
+  command.epoch = command.received = liftoff + seconds(t);
+  command.simulated = true;
+  return command;
+}
+
+TEST(SourceMonitor, AnOperatorsOrderIsToldWithNameReasonAndTime) {
+  SourceMonitor monitor(small_range());
+  Orders orders(small_range());
+  monitor.count(plot(1));
+  EXPECT_EQ(health_under(monitor, orders, 1).by, Name());
+  orders.note(order(OperatorOrder::Inhibit, 1.25));
+  const SourceHealth inhibited = health_under(monitor, orders, 2);
+  EXPECT_EQ(state_of(inhibited), "inhibited");
+  EXPECT_EQ(inhibited.by, Name("kim"));
+  EXPECT_EQ(inhibited.reason, Remark("spent stage in the beam"));
+  EXPECT_EQ(inhibited.since, liftoff + seconds(1.25));
+  orders.note(order(OperatorOrder::Force, 2.5));
+  monitor.count(plot(2.75));
+  const SourceHealth forced = health_under(monitor, orders, 3);
+  EXPECT_TRUE(forced.qualified && forced.forced);
+  EXPECT_EQ(forced.by, Name("kim"));
+  orders.note(order(OperatorOrder::Release, 3.5));
+  monitor.count(plot(3.75));
+  const SourceHealth released = health_under(monitor, orders, 4);
+  EXPECT_TRUE(released.qualified && !released.forced);
+  EXPECT_TRUE(released.by.empty() && released.reason.empty());
+  EXPECT_EQ(released.since, liftoff + seconds(4));
+}
+
+TEST(SourceMonitor, TheWorstThatIntegritySaysOfAnyTarget) {
+  RangeConfig range = small_range();
+  range.targets.push_back({"booster"});
+  SourceMonitor monitor(range);
+  const auto judge = [&](const char* target, IntegrityVerdict verdict, double since) {
+    Integrity record;
+    record.target = target;
+    record.sources = {{.sensor = "goheung", .verdict = verdict, .since = liftoff + seconds(since), .by = "integrity"},
+                      {.sensor = "nobody", .verdict = IntegrityVerdict::Excluded, .by = "integrity"}};
+    monitor.note(record);
+  };
+  const Orders orders(range);
+  monitor.count(plot(1));
+  judge("kslv", IntegrityVerdict::Suspect, 0.5);
+  SourceHealth health = health_under(monitor, orders, 1);
+  EXPECT_TRUE(health.qualified && health.suspect);
+  EXPECT_EQ(health.since, liftoff + seconds(0.5));
+  EXPECT_EQ(health.by, Name("integrity"));
+  judge("booster", IntegrityVerdict::Excluded, 0.75);
+  health = health_under(monitor, orders, 1.5);
+  EXPECT_EQ(state_of(health), "excluded");
+  EXPECT_FALSE(health.suspect);
+  EXPECT_EQ(health.since, liftoff + seconds(0.75));
+  judge("booster", IntegrityVerdict::Agrees, 1.6);
+  EXPECT_TRUE(health_under(monitor, orders, 1.7).suspect) << "still of kslv";
+  judge("kslv", IntegrityVerdict::Agrees, 1.75);
+  health = health_under(monitor, orders, 1.75);
+  EXPECT_TRUE(health.qualified && !health.suspect);
+  judge("kslv", IntegrityVerdict::Excluded, 1.8);
+  EXPECT_EQ(state_of(health_under(monitor, orders, 9)), "silent") << "nothing comes of it: that is the nearer cause";
 }
 
 }  // namespace

@@ -132,16 +132,16 @@ enum class Finding : std::uint8_t {
 
 /// One source of a target, as INTEGRITY judges it.
 struct SourceIntegrity {
-  Name sensor;
+  Name sensor{};
   IntegrityVerdict verdict = IntegrityVerdict::Agrees;
   Finding why = Finding::None;
-  Time since;                 ///< of this verdict
-  Time onset;                 ///< it disagreed no later than this; 0: it does not
+  Time since{};               ///< of this verdict
+  Time onset{};               ///< it disagreed no later than this; 0: it does not
   double test_value = 0;      ///< of the test that speaks most against it, in units of its threshold
   std::uint64_t against = 0;  ///< bit i: it disagrees with sources[i] of the record
   double apart_m = 0;         ///< how far from these
   double agree_m = 0;         ///< how far these are from each other; 0: one alone, or not known
-  Name by;                    ///< "integrity", or the operator who ordered it; empty where nobody did
+  Name by{};                  ///< "integrity", or the operator who ordered it; empty where nobody did
 
   bool operator==(const SourceIntegrity&) const = default;
 };

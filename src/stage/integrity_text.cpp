@@ -1,0 +1,103 @@
+#include "integrity_text.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+namespace downrange {
+namespace {
+
+std::string text_of(const Name& name) { return std::string(name.view()); }
+
+/// "a", "a and b", "a, b and c".
+std::string list(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+std::string by(const Name& who) { return who.empty() ? "" : " by " + text_of(who); }
+
+}  // namespace
+
+std::string_view to_string(IntegrityVerdict verdict) {
+  static constexpr std::array<std::string_view, 4> names{"agrees", "suspect", "excluded", "ambiguous"};
+  return names.at(static_cast<std::size_t>(verdict));
+}
+
+std::string_view to_string(Finding finding) {
+  static constexpr std::array<std::string_view, 10> names{
+      "none",        "coarse position", "coarse velocity", "fine position", "fine velocity", "implausible bias",
+      "common bias", "differing copy",  "off the pad",     "impossible"};
+  return names.at(static_cast<std::size_t>(finding));
+}
+
+std::string mission_time(Time t, std::optional<Time> liftoff) {
+  char text[32];
+  if (liftoff) {
+    const double s = (t - *liftoff).seconds();
+    std::snprintf(text, sizeof text, "T%c%.1f", s < 0 ? '-' : '+', std::abs(s));
+  } else {
+    const std::int64_t day_s = (t.ns / 1'000'000'000) % 86'400;
+    std::snprintf(text, sizeof text, "%02d:%02d:%02d", static_cast<int>(day_s / 3600),
+                  static_cast<int>(day_s / 60 % 60), static_cast<int>(day_s % 60));
+  }
+  return text;
+}
+
+std::string distance_text(double m) {
+  char text[32];
+  if (std::abs(m) < 1000) {
+    std::snprintf(text, sizeof text, std::abs(m) < 10 ? "%.1f m" : "%.0f m", m);
+  } else {
+    std::snprintf(text, sizeof text, "%.1f km", m / 1000);
+  }
+  return text;
+}
+
+std::string sentence(const Integrity& record, std::size_t source) {
+  const SourceIntegrity& s = record.sources.at(source);
+  const std::optional<Time> liftoff = record.liftoff_valid ? std::optional(record.liftoff) : std::nullopt;
+  std::vector<std::string> others;
+  for (std::size_t i = 0; i < record.sources.size(); ++i) {
+    if (i != source && (s.against >> i & 1U) != 0) others.push_back(text_of(record.sources[i].sensor));
+  }
+  std::string text = text_of(s.sensor);
+  if (!others.empty()) {
+    text += " disagrees with " + list(others);
+    if (s.apart_m > 0) text += " by " + distance_text(s.apart_m);
+    if (s.onset.ns != 0) text += " since " + mission_time(s.onset, liftoff);
+    if (others.size() > 1 && s.agree_m > 0) text += "; these agree within " + distance_text(s.agree_m);
+    text += ";";
+  }
+  switch (s.verdict) {
+    case IntegrityVerdict::Agrees:
+      text += others.empty() ? " agrees" : " used";
+      break;
+    case IntegrityVerdict::Suspect:
+      text += " suspect, used";
+      break;
+    case IntegrityVerdict::Excluded:
+      text += " excluded" + by(s.by);
+      break;
+    case IntegrityVerdict::Ambiguous:
+      text += " which of them is right cannot be told";
+      break;
+  }
+  if (s.since.ns != 0) text += " since " + mission_time(s.since, liftoff);
+  if (s.why != Finding::None) text += " (" + std::string(to_string(s.why)) + ")";
+  return text;
+}
+
+std::string selection(const Integrity& record) {
+  std::string text =
+      text_of(record.target) + " follows " + (record.chain.empty() ? "all sources" : "chain " + text_of(record.chain));
+  if (!record.held_by.empty()) text += ", held there by " + text_of(record.held_by);
+  return text + (record.bound_valid ? ", bound " + distance_text(record.bound_m) : ", UNBOUNDED");
+}
+
+}  // namespace downrange

@@ -1,0 +1,67 @@
+/// What people read of INTEGRITY.
+#include <gtest/gtest.h>
+
+#include "stage/integrity_text.hpp"
+
+namespace downrange {
+namespace {
+
+constexpr Time liftoff{1'700'000'000'000'000'000};
+
+Integrity record() {
+  Integrity r;
+  r.target = "kslv";
+  r.liftoff = liftoff;
+  r.liftoff_valid = true;
+  r.sources = {{.sensor = "goheung"}, {.sensor = "jeju"}, {.sensor = "jeju-tgs"}};
+  return r;
+}
+
+TEST(IntegrityText, WhoDisagreesWithWhomByHowMuchSinceWhen) {
+  Integrity r = record();
+  r.sources[2] = {.sensor = "jeju-tgs",
+                  .verdict = IntegrityVerdict::Excluded,
+                  .why = Finding::FinePosition,
+                  .since = liftoff + seconds(243.2),
+                  .onset = liftoff + seconds(241),
+                  .test_value = 40,
+                  .against = 0b011,
+                  .apart_m = 5000,
+                  .agree_m = 12,
+                  .by = "integrity"};
+  EXPECT_EQ(sentence(r, 2),
+            "jeju-tgs disagrees with goheung and jeju by 5.0 km since T+241.0; these agree within 12 m; excluded by "
+            "integrity since T+243.2 (fine position)");
+  r.liftoff_valid = false;
+  r.sources[2].against = 0b001;
+  EXPECT_EQ(sentence(r, 2),
+            "jeju-tgs disagrees with goheung by 5.0 km since 22:17:21; excluded by integrity since 22:17:23 (fine "
+            "position)");
+}
+
+TEST(IntegrityText, EveryVerdictHasItsWord) {
+  Integrity r = record();
+  EXPECT_EQ(sentence(r, 0), "goheung agrees");
+  r.sources[0].verdict = IntegrityVerdict::Suspect;
+  r.sources[0].why = Finding::ImplausibleBias;
+  EXPECT_EQ(sentence(r, 0), "goheung suspect, used (implausible bias)");
+  r.sources[0].verdict = IntegrityVerdict::Ambiguous;
+  r.sources[0].against = 0b110;
+  r.sources[0].apart_m = 8.25;
+  EXPECT_EQ(sentence(r, 0),
+            "goheung disagrees with jeju and jeju-tgs by 8.2 m; which of them is right cannot be told (implausible "
+            "bias)");
+}
+
+TEST(IntegrityText, WhatIsFollowed) {
+  Integrity r = record();
+  EXPECT_EQ(selection(r), "kslv follows all sources, UNBOUNDED");
+  r.chain = "without-jeju";
+  r.held_by = "kim";
+  r.bound_valid = true;
+  r.bound_m = 75;
+  EXPECT_EQ(selection(r), "kslv follows chain without-jeju, held there by kim, bound 75 m");
+}
+
+}  // namespace
+}  // namespace downrange
