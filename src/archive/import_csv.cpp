@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <archive/import/file_import.hpp>
+#include <archive/import/name_parts.hpp>
 #include <archive/import_csv.hpp>
 #include <archive/new_archive.hpp>
 
@@ -72,12 +73,20 @@ ImportReport import_csv(const std::filesystem::path& mapping_file, const std::fi
   report.liftoff = mapping.liftoff;
   Imported imported;
   imported.events.emplace_back(liftoff_event(mapping));
+  std::size_t done = 0;
   for (const FileMapping& file : mapping.files) {
-    const auto progress = [&](double share) {
-      const double read = static_cast<double>(report.files.size()) + share;
-      if (options.progress) options.progress(reading_share * read / static_cast<double>(mapping.files.size()));
-    };
-    report.files.push_back(import_file(file, clock, imported, progress));
+    const NameParts parts = parts_by_name(file);
+    for (std::size_t i = 0; i < parts.files.size(); ++i) {
+      const auto progress = [&](double share) {
+        const double read =
+            static_cast<double>(done) + (static_cast<double>(i) + share) / static_cast<double>(parts.files.size());
+        if (options.progress) options.progress(reading_share * read / static_cast<double>(mapping.files.size()));
+      };
+      FileReport& part = report.files.emplace_back(import_file(parts.files[i], clock, imported, progress));
+      if (!parts.rows[i].empty()) part.notes.push_back("rows of " + parts.rows[i]);
+      if (i == 0 && parts.unnamed > 0) part.notes.push_back(std::to_string(parts.unnamed) + " rows without a name");
+    }
+    ++done;
   }
   std::stable_sort(imported.events.begin(), imported.events.end(), received_before);
   std::stable_sort(imported.truths.begin(), imported.truths.end(),

@@ -96,8 +96,10 @@ TEST(Plausibility, PositionsAreOnTheEarthAndMove) {
     });
   };
   const Plausibility found = judge(fixes(1, 500), FileKind::Gps);
-  EXPECT_EQ(found.line,
-            "T+10.0 s to T+11.9 s, 10 rows/s, height 1.000 to 1.950 km, moving 500 m/s, stated up to 500 m/s");
+  EXPECT_EQ(
+      found.line,
+      "T+10.0 s to T+11.9 s, 10 rows/s, latitude 28.648 to 28.648, longitude 57.296 to 57.296 deg, height 1.000 to "
+      "1.950 km, moving 500 m/s, stated up to 500 m/s");
   EXPECT_EQ(found.impossible + doubts(found), "");
   EXPECT_NE(judge(fixes(0.001, 500), FileKind::Gps).impossible.find("from the Earth's centre"), std::string::npos);
   EXPECT_NE(doubts(judge(fixes(1, 0.5), FileKind::Truth)).find("another unit of its velocity"), std::string::npos);

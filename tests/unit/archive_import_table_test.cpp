@@ -249,7 +249,7 @@ TEST_F(ImportTable, RowsOutOfOrderAreSortedOnRequest) {
       "10\n";
   EXPECT_EQ(
       refused(csv, mapping()),
-      "r.csv: the rows are newest first (2 steps back in time, the first at line 3); write sort = true to sort the "
+      "r.csv: the rows are newest first (2 of 2 steps back in time, the first at line 3); write sort = true to sort the "
       "rows, or sort = false to take them as they stand");
   expect_plots(csv, mapping("sort = true"));
   EXPECT_EQ(radars().at(0).sequence, 1u) << "numbered as sorted";

@@ -209,13 +209,13 @@ TEST_F(ArchiveImport, AWrongMappingNamesFileLineKeyAndWhatIsAllowed) {
   expect("field = \"epoch\", unit = \"s\"", "field = \"epoch\"",
          ":9: file[0].columns.time_s.unit: missing; allowed: s, ms, us, ns");
   expect("unit = \"deg\"}", "unit = \"degree\"}",
-         ":12: file[0].columns.az_deg.unit: 'degree' is no unit of azimuth; allowed: deg, rad, mrad");
+         ":12: file[0].columns.az_deg.unit: 'degree' is no unit of azimuth; allowed: deg, mdeg, arcmin");
   expect("field = \"azimuth\"", "field = \"x\"",
          ":12: file[0].columns.az_deg.field: 'x' is no field of such a file; allowed: epoch, received, range");
   expect("scale = -1", "scale = 0", ":13: file[0].columns.el_deg.scale: must not be 0");
   expect("scale = -1", "scale = inf", ":13: file[0].columns.el_deg.scale: must be a finite number");
   expect("scale = -1", "factor = 1",
-         ":13: file[0].columns.el_deg.factor: unknown key; allowed: field, offset, scale, unit");
+         ":13: file[0].columns.el_deg.factor: unknown key; allowed: at, field, offset, scale, unit");
   expect("outlier = \"ignore\"", "outlier = \"?\"", ":14: file[0].columns.outlier: must be \"ignore\"");
   expect("field = \"elevation\"", "field = \"azimuth\"", ":8: file[0].columns: two columns for one field");
   expect("{field = \"received\", unit = \"s\"}", "\"ignore\"", ":4: file[0].latency_s: needed where no column");
@@ -267,7 +267,7 @@ TEST_F(ArchiveImport, AnglesHaveNoRange) {
 
 TEST(ImportMapping, TheExampleAndTheReferenceAreRight) {
   const ImportMapping mapping = load_mapping(DOWNRANGE_SOURCE_DIR "/tools/imports/example.toml");
-  ASSERT_EQ(mapping.files.size(), 3u);
+  ASSERT_EQ(mapping.files.size(), 5u);
   EXPECT_EQ(mapping.leap_seconds, 18);
   EXPECT_EQ(mapping.files[0].decimal, DecimalMark::Comma);
   EXPECT_EQ(mapping.files[0].sort, true);
@@ -275,6 +275,9 @@ TEST(ImportMapping, TheExampleAndTheReferenceAreRight) {
   EXPECT_FALSE(mapping.files[1].header);
   EXPECT_EQ(mapping.files[2].scale, TimeScale::Gps);
   EXPECT_EQ(mapping.files[2].wrap, Duration{604'800'000'000'000});
+  EXPECT_EQ(mapping.files[0].source_column->names.size(), 2u);
+  EXPECT_EQ(mapping.files[3].fixed.size(), 4u);
+  EXPECT_TRUE(mapping.files[4].nmea);
   const std::string reference = mapping_reference();
   for (const FieldInfo& field : all_fields()) EXPECT_NE(reference.find(field.name), std::string::npos) << field.name;
   for (const UnitInfo& unit : all_units()) EXPECT_NE(reference.find(unit.name), std::string::npos) << unit.name;

@@ -44,11 +44,31 @@ TEST(SourceText, EveryEncodingThatIsCertainBecomesUtf8) {
   EXPECT_EQ(decode_text("").text, "");
 }
 
+TEST(SourceText, FourBytesACharacterWithAMarkOrWithout) {
+  const std::string text = "time,rng\n10.0,12000\n";
+  for (const bool big : {false, true}) {
+    std::string wide;
+    for (const char c : text) wide += big ? std::string(3, '\0') + c : c + std::string(3, '\0');
+    EXPECT_EQ(decode_text(wide).text, text);
+    EXPECT_EQ(decode_text((big ? "\0\0\xFE\xFF"s : "\xFF\xFE\0\0"s) + wide).text, text);
+    EXPECT_EQ(decode_text(wide).encoding.substr(0, 6), "UTF-32");
+  }
+  EXPECT_EQ(decode_text("\xFF\xFE\0\0\0\0\x11\0"s).text, "\uFFFD") << "beyond Unicode";
+}
+
+TEST(SourceText, ZeroBytesAtTheEndAreLeftOffAndAFewInsideStay) {
+  EXPECT_EQ(decode_text("a,b\n1,2\n" + std::string(4096, '\0')).text, "a,b\n1,2\n");
+  EXPECT_EQ(decode_text("a,b\n1,2\n" + std::string(4096, '\0')).end_zeros, 4096u);
+  EXPECT_EQ(decode_text("a,b\n1,2\n\0,3\n"s).text, "a,b\n1,2\n\0,3\n"s);
+}
+
 TEST(SourceText, WhatIsNoTextIsNamed) {
   EXPECT_NE(refusal("PK\x03\x04...").find("ZIP"), std::string::npos);
   EXPECT_NE(refusal("\x1F\x8B...").find("gzip"), std::string::npos);
-  EXPECT_NE(refusal("\xFF\xFE\0\0a\0\0\0"s).find("UTF-32"), std::string::npos);
-  EXPECT_EQ(refusal("a,b\n1,2\n\0\0\0,3\n"s), "holds zero bytes (the first on line 3): it is no text");
+  EXPECT_EQ(refusal("a,b\n1,2\n\0\0\0\0\0\0\0,3\n"s), "holds many zero bytes (the first on line 3): it is no text");
+  EXPECT_NE(refusal("\xD0\xCF\x11\xE0...").find(".xls"), std::string::npos);
+  EXPECT_NE(refusal("<html><table>").find("HTML"), std::string::npos);
+  EXPECT_NE(refusal("\x84\x31\x95\x33time").find("GB 18030"), std::string::npos);
   EXPECT_NE(refusal("\xFF\xFE" + utf16("abc", false) + "d").find("cut off"), std::string::npos);
 }
 
@@ -98,6 +118,33 @@ TEST(RowSplitter, AQuoteSpoilsItsOwnFieldOnly) {
   EXPECT_EQ(split(R"(1,"a"b,3)"), (Fields{"1", R"("a"b)", "3"}));
   EXPECT_EQ(split(R"(1,"",3)"), (Fields{"1", "", "3"}));
   EXPECT_EQ(split(R"("a b" c)", blanks), (Fields{"a b", "c"}));
+}
+
+TEST(RowSplitter, AQuotedFieldMayHaveLineBreaksAndAnOpenOneIsTold) {
+  EXPECT_EQ(split("1,\"lost\nlock\",3"), (Fields{"1", "lost\nlock", "3"}));
+  RowSplitter splitter(',');
+  static_cast<void>(splitter.split("1,\"lost"));
+  EXPECT_TRUE(splitter.open());
+  static_cast<void>(splitter.split("1,lost\""));
+  EXPECT_FALSE(splitter.open());
+}
+
+TEST(RowSplitter, AVeryLongLineMakesAMillionFieldsOfNobody) {
+  const std::string line(1'000'000, ',');
+  RowSplitter splitter(',');
+  EXPECT_EQ(splitter.split(line).size(), RowSplitter::max_fields);
+}
+
+TEST(SplitFixed, PlacesAreCharacters) {
+  const std::vector<FixedPlace> places{{1, 3}, {4, 6}, {8, 9}};
+  const auto cells = [&](std::string_view line) {
+    const auto found = split_fixed(line, places);
+    return Fields{found.begin(), found.end()};
+  };
+  EXPECT_EQ(cells("abcdefghi"), (Fields{"abc", "def", "hi"}));
+  EXPECT_EQ(cells(" b d"), (Fields{"b", "d", ""}));
+  EXPECT_EQ(cells(""), (Fields{"", "", ""}));
+  EXPECT_EQ(cells("\u00B0bcdefghi"), (Fields{"\u00B0bc", "def", "hi"})) << "two bytes, one character";
 }
 
 TEST(Comments, AreTakenOffAndTold) {

@@ -1,5 +1,6 @@
 // Numbers and times as people and instruments write them.
 
+#include <archive/import/angles.hpp>
 #include <archive/import/numbers.hpp>
 #include <archive/import/times.hpp>
 #include <cmath>
@@ -108,7 +109,9 @@ TEST(ParseClock, DatesInEverySpellingThatIsCertain) {
        {"2025-03-04T05:00:10.050Z", "2025-03-04T05:00:10.05", "2025-03-04 05:00:10,050", "2025/03/04 05:00:10.050 UTC",
         "2025-3-4 5:00:10.05", "2025-03-04T14:00:10.050+09:00", "2025-03-04T14:00:10.050+0900",
         "2025-03-03T22:30:10.05-06:30", "2025-063T05:00:10.050Z", "2025-063 05:00:10.050", "2025:063:05:00:10.050",
-        "20250304T050010.050Z", "2025-03-04T05:00:10.050000000"}) {
+        "20250304T050010.050Z", "2025-03-04T05:00:10.050000000", "2025.03.04 05:00:10.05", "4-Mar-2025 05:00:10.05",
+        "04MAR2025:05:00:10.05", "Mar 4, 2025 05:00:10.05", "4 March 2025, 05:00:10.050 UTC",
+        "2025-03-04 5:00:10.05 AM"}) {
     const auto clock = parse_clock(text);
     ASSERT_TRUE(clock) << text;
     EXPECT_EQ(clock->shape, ClockShape::Instant) << text;
@@ -123,6 +126,60 @@ TEST(ParseClock, DatesInEverySpellingThatIsCertain) {
   EXPECT_EQ(parse_clock("2025-03-04T05:00:10.0000000006Z")->ns % s, 1) << "to the nearest nanosecond";
   EXPECT_EQ(show_utc(Time{moment}), "2025-03-04T05:00:10.050Z");
   EXPECT_EQ(show_utc(Time{-1'000'000}), "1969-12-31T23:59:59.999Z");
+}
+
+TEST(ParseClock, DayOrMonthFirstWhereTheMappingSaysSo) {
+  EXPECT_EQ(parse_clock("04/03/2025 05:00:10.05", DateOrder::DayFirst)->ns, moment);
+  EXPECT_EQ(parse_clock("4.3.2025 05:00:10.05", DateOrder::DayFirst)->ns, moment);
+  EXPECT_EQ(parse_clock("03/04/2025 05:00:10.05", DateOrder::MonthFirst)->ns, moment);
+  EXPECT_FALSE(parse_clock("13/04/2025 05:00:10.05", DateOrder::MonthFirst));
+  EXPECT_EQ(parse_clock("2025-03-04T05:00:10.05", DateOrder::MonthFirst)->ns, moment) << "a year first is a year";
+}
+
+TEST(ParseClock, HalvesOfADay) {
+  EXPECT_EQ(parse_clock("12:00:10 AM")->ns, 10 * s);
+  EXPECT_EQ(parse_clock("12:00:10 PM")->ns, (12 * 3600 + 10) * s);
+  EXPECT_EQ(parse_clock("1:00:10 pm")->ns, (13 * 3600 + 10) * s);
+  EXPECT_FALSE(parse_clock("13:00:10 pm"));
+}
+
+TEST(ParseClock, HoursMinutesAndSecondsAsOneNumber) {
+  EXPECT_EQ(unpacked_clock("050010.05"), "05:00:10.05");
+  EXPECT_EQ(unpacked_clock("50010"), "05:00:10") << "a leading zero lost";
+  for (const char* text : {"", ".5", "1050010", "05001a", "05:00:10"}) EXPECT_FALSE(unpacked_clock(text)) << text;
+}
+
+/// Degrees, or -999 for what is none.
+double degrees(std::string_view text, AngleLetters letters = AngleLetters::None,
+               DecimalMark mark = DecimalMark::Point) {
+  return parse_degrees(text, mark, letters).value_or(-999);
+}
+
+TEST(ParseDegrees, EverySpellingThatIsCertain) {
+  constexpr double angle = 12 + 34 / 60.0 + 56.7 / 3600;
+  for (const char* text : {"12:34:56.7", "12 34 56.7", "12\u00B034'56.7\"", "12d34m56.7s",
+                           "12\u00B0 34\u2032 56.7\u2033", "+12:34:56.7", "12\u00BA34'56.7''", "12 deg 34 m 56.7 s"}) {
+    EXPECT_NEAR(degrees(text), angle, 1e-12) << text;
+  }
+  EXPECT_NEAR(degrees("-12:34:56.7"), -angle, 1e-12);
+  EXPECT_NEAR(degrees("-0:30:00"), -0.5, 1e-12) << "the sign of a zero counts";
+  EXPECT_NEAR(degrees("12:34.5"), 12.575, 1e-12);
+  EXPECT_EQ(degrees("120.5\u00B0"), 120.5);
+  EXPECT_NEAR(degrees("12:34:56,7", AngleLetters::None, DecimalMark::Comma), angle, 1e-12);
+  EXPECT_EQ(degrees("34.5N", AngleLetters::NorthSouth), 34.5);
+  EXPECT_EQ(degrees("S 34.5", AngleLetters::NorthSouth), -34.5);
+  EXPECT_EQ(degrees("127:30:00 W", AngleLetters::EastWest), -127.5);
+  EXPECT_EQ(degrees("127\u00B030'00\"E", AngleLetters::EastWest), 127.5);
+}
+
+TEST(ParseDegrees, OtherTextIsNone) {
+  for (const char* text : {"", "120.5", "12:60.5", "12:34:61", "12.5:30", "12:34.5:10", "12:34:56:7", "abc", "12:-3",
+                           "N", ":30", "12 034x"}) {
+    EXPECT_EQ(degrees(text), -999) << text;
+  }
+  EXPECT_EQ(degrees("34.5E", AngleLetters::NorthSouth), -999);
+  EXPECT_EQ(degrees("-34.5S", AngleLetters::NorthSouth), -999) << "one sign only";
+  EXPECT_EQ(degrees("34.5N"), -999) << "an azimuth has no hemisphere";
 }
 
 TEST(ParseClock, TimesWithoutAYear) {
@@ -140,7 +197,7 @@ TEST(ParseClock, TimesWithoutAYear) {
 TEST(ParseClock, OtherTextIsNone) {
   for (const char* text : {"", "12030.5", "03/04/2025 05:00:10", "2025-13-04T05:00:10", "2025-02-29T05:00:10",
                            "2025-366T05:00:10", "05:60:10", "05:00:61", "05:00", "2025-03-04T25:00:00", "T", "T+",
-                           "2025-03-04T05:00:10 PM", "5:00:10.", "2025-03-04", "ten:past:five"}) {
+                           "2025-03-04T13:00:10 PM", "5:00:10.", "2025-03-04", "ten:past:five"}) {
     EXPECT_FALSE(parse_clock(text)) << text;
   }
 }

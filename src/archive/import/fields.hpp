@@ -39,10 +39,11 @@ enum class Field : std::uint8_t {
   SigmaVelocity,
   FixType,
   Satellites,
+  Date,  ///< of a time of day in another column
 };
-inline constexpr std::size_t field_count = 25;
+inline constexpr std::size_t field_count = 26;
 
-enum class Quantity : std::uint8_t { Time, Length, Angle, Speed, Acceleration, Number, Choice };
+enum class Quantity : std::uint8_t { Time, Length, Angle, Speed, Acceleration, Number, Choice, Date };
 
 struct FieldInfo {
   std::string_view name;
@@ -63,6 +64,10 @@ struct UnitInfo {
   double size;
 };
 [[nodiscard]] std::span<const UnitInfo> all_units();
+
+/// The unit of a quantity that a text says, by its name or as people write it ("metres", "degrees", "sec"); null where
+/// it says none.
+[[nodiscard]] const UnitInfo* find_unit(Quantity quantity, std::string_view text);
 
 /// Names of the values of a field that is a choice, in the order of its enumeration.
 [[nodiscard]] std::span<const std::string_view> choices_of(Field field);

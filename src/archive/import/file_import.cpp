@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <archive/import/file_import.hpp>
+#include <archive/import/nmea.hpp>
 #include <archive/import/order.hpp>
 #include <archive/import/plausibility.hpp>
 #include <archive/import/row_values.hpp>
@@ -35,7 +36,12 @@ class FileImport {
     report_.path = mapping_.path;
     report_.kind = mapping_.kind;
     report_.source = mapping_.kind == FileKind::Truth ? mapping_.target : mapping_.source;
-    const SourceText source = read_source(mapping_.path);
+    SourceText source = read_source(mapping_.path);
+    if (mapping_.nmea) {
+      NmeaTable sentences = nmea_table(source.text);
+      source.text = std::move(sentences.text);
+      sentences_ = std::move(sentences.sentences);
+    }
     TableReader table(mapping_, source.text);
     const DecimalMark mark = decimal_mark(table);
     RowValues values(mapping_, {clock_.liftoff, scale_minus_utc(), mark});
@@ -105,10 +111,17 @@ class FileImport {
     std::vector<std::string_view> fields = table.fields();
     // What a delimiter at the end of each row makes.
     while (fields.size() > table.width() && fields.back().empty()) fields.pop_back();
+    if (table.text().find('\0') != std::string_view::npos) {
+      note(report_.malformed, table.line(), "holds zero bytes");
+      return false;
+    }
     if (fields.size() != table.width()) {
+      rows_too_wide_ += fields.size() > table.width() ? 1 : 0;
+      rows_of_one_field_ += fields.size() == 1 ? 1 : 0;
       const bool doubled = fields.size() == 2 * table.width() && table.delimiter() == ',';
       note(report_.malformed, table.line(),
-           std::to_string(fields.size()) + " fields instead of " + std::to_string(table.width()) +
+           std::to_string(fields.size()) + (fields.size() == 1 ? " field instead of " : " fields instead of ") +
+               std::to_string(table.width()) +
                (doubled ? ": decimal commas beside a comma as delimiter cannot be told apart" : ""));
       return false;
     }
@@ -233,21 +246,46 @@ class FileImport {
   void tell_format(const TableReader& table, const RowValues& values, const SourceText& source, DecimalMark mark) {
     auto& notes = report_.notes;
     if (!source.encoding.empty()) notes.push_back("text in " + source.encoding);
-    if (!mapping_.delimiter && table.delimiter() != ',') {
+    if (source.end_zeros > 0) notes.push_back(std::to_string(source.end_zeros) + " zero bytes at the end left off");
+    if (mapping_.nmea) notes.push_back("NMEA sentences: " + show_sentences());
+    if (!mapping_.fixed.empty()) notes.emplace_back("columns by their places");
+    if (!mapping_.delimiter && mapping_.fixed.empty() && table.delimiter() != ',') {
       notes.push_back("delimiter " + show_delimiter(table.delimiter()));
     }
     if (!mapping_.decimal && mark == DecimalMark::Comma) notes.emplace_back("decimal comma");
     if (table.header_line() > 1) notes.push_back("header on line " + std::to_string(table.header_line()));
     if (!values.clock_example().empty()) notes.push_back("times of day such as " + values.clock_example());
     const PassedOver& passed = report_.passed_over;
-    if (passed.comments > 0) notes.push_back(std::to_string(passed.comments) + " comment lines");
-    if (passed.headers > 0) notes.push_back("the header " + std::to_string(passed.headers) + " times again");
+    if (passed.comments > 0 && !mapping_.nmea) notes.push_back(std::to_string(passed.comments) + " comment lines");
+    if (passed.headers > 0)
+      notes.push_back("the header " + std::to_string(passed.headers) + " times again, or its units");
     if (passed.filtered > 0) notes.push_back(std::to_string(passed.filtered) + " rows not wanted by where");
     if (report_.left_empty > 0) notes.push_back(std::to_string(report_.left_empty) + " values not there or not finite");
+    if (passed.others > 0) notes.push_back(std::to_string(passed.others) + " rows of others");
     if (mapping_.sort == true) notes.emplace_back("rows sorted by epoch");
   }
 
+  [[nodiscard]] std::string show_sentences() const {
+    std::string out;
+    for (const auto& [type, count] : sentences_) {
+      out += (out.empty() ? "" : ", ") + std::to_string(count) + ' ' + text::printable(type, false, 10);
+    }
+    return out.empty() ? "none" : out;
+  }
+
+  /// What rows that have another number of fields can be.
+  [[nodiscard]] const char* why_another_width() const {
+    if (rows_too_wide_ == report_.rows) {
+      return "; numbers with thousands or decimal commas beside a comma as delimiter must stand in quotes";
+    }
+    if (rows_of_one_field_ == report_.rows) {
+      return "; where nothing stands between the columns, write their places: at = [first, last]";
+    }
+    return "";
+  }
+
   [[nodiscard]] std::string nothing_imported(const TableReader& table) const {
+    if (mapping_.nmea && report_.rows == 0) return "no GGA and no GNS sentence; sentences: " + show_sentences();
     if (report_.rows == 0 && report_.passed_over.filtered > 0) {
       std::string values;
       for (const auto& [value, count] : table.filtered_values()) values += (values.empty() ? "" : ", ") + value;
@@ -262,7 +300,7 @@ class FileImport {
       why += (why.empty() ? "" : "; ") + std::to_string(defects->count) + (defects->count == 1 ? " row" : " rows") +
              ", the first on line " + std::to_string(defects->first.front().line) + ": " + defects->first.front().what;
     }
-    return "none of its " + std::to_string(report_.rows) + " rows can be imported: " + why +
+    return "none of its " + std::to_string(report_.rows) + " rows can be imported: " + why + why_another_width() +
            " (columns: " + text::printable(columns, false, 300) + ")";
   }
 
@@ -346,6 +384,9 @@ class FileImport {
   const FlightClock& clock_;
   FileReport report_;
   std::vector<ReadRow> rows_;
+  std::map<std::string, std::uint64_t> sentences_;  ///< of an NMEA file
+  std::uint64_t rows_too_wide_ = 0;
+  std::uint64_t rows_of_one_field_ = 0;
 };
 
 }  // namespace

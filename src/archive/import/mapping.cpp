@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/import/mapping.hpp>
 #include <archive/import/mapping_section.hpp>
+#include <archive/import/nmea.hpp>
 #include <array>
 #include <cmath>
 #include <set>
@@ -77,21 +78,25 @@ void read_unit(MappingSection& section, const FieldInfo& field, ColumnMapping& m
   const auto of_field = [&](const UnitInfo& u) { return u.quantity == field.quantity; };
   const auto name = section.text("unit");
   mapping.text = field.quantity == Quantity::Time && name == "text";
+  mapping.packed = field.quantity == Quantity::Time && name == "hhmmss";
   const auto units = all_units();
   const auto unit =
       std::find_if(units.begin(), units.end(), [&](const UnitInfo& u) { return of_field(u) && u.name == name; });
   const bool needed = name || field.quantity != Quantity::Number;
-  if (unit == units.end() && needed && !mapping.text) {
+  if (unit == units.end() && needed && !mapping.text && !mapping.packed) {
     section.fail("unit", (name ? "'" + *name + "' is no unit of " + std::string(field.name) : "missing") +
                              "; allowed: " + names_of(units, of_field) +
-                             (field.quantity == Quantity::Time ? ", text" : ""));
+                             (field.quantity == Quantity::Time ? ", text, hhmmss" : ""));
   }
-  mapping.factor = section.number("scale").value_or(1.0) * (unit == units.end() ? 1.0 : unit->size);
+  const double scale = section.number("scale").value_or(1.0);
+  mapping.unit = name.value_or("");
+  mapping.scaled = scale != 1;
+  mapping.factor = scale * (unit == units.end() ? 1.0 : unit->size);
   mapping.offset = section.number("offset").value_or(0.0);
   if (mapping.factor == 0 || !std::isfinite(mapping.factor)) section.fail("scale", "must not be 0 or beyond numbers");
 }
 
-ColumnMapping read_column(MappingSection section, const std::string& column, FileKind kind) {
+ColumnMapping read_column(MappingSection& section, const std::string& column, FileKind kind) {
   ColumnMapping mapping;
   mapping.column = column;
   const std::string name = section.required_text("field", "what the column means, or the column = \"ignore\"");
@@ -105,12 +110,26 @@ ColumnMapping read_column(MappingSection section, const std::string& column, Fil
   mapping.field = field->field;
   if (field->quantity == Quantity::Choice) {
     read_values(section, mapping);
-  } else {
+  } else if (field->quantity != Quantity::Date) {
     read_unit(section, *field, mapping);
   }
   if (field->quantity == Quantity::Time) read_since(section, mapping);
-  section.no_other_keys();
   return mapping;
+}
+
+/// at = [first, last]: characters of a line, from 1; nothing where the key is absent.
+std::optional<FixedPlace> read_place(MappingSection& section) {
+  const toml::node* node = section.find("at");
+  if (node == nullptr) return std::nullopt;
+  constexpr std::int64_t longest_line = 100'000;
+  const toml::array* list = node->as_array();
+  const bool pair = list != nullptr && list->size() == 2;
+  const auto first = pair ? list->get(0)->value_exact<std::int64_t>() : std::nullopt;
+  const auto last = pair ? list->get(1)->value_exact<std::int64_t>() : std::nullopt;
+  if (!first || !last || *first < 1 || *last < *first || *last > longest_line) {
+    section.fail("at", "must be [first, last]: the column's characters in a line, from 1");
+  }
+  return FixedPlace{static_cast<std::size_t>(*first), static_cast<std::size_t>(*last)};
 }
 
 /// Fields that only make sense together are all there or none is.
@@ -149,20 +168,65 @@ void check_fields(MappingSection& section, const FileMapping& file) {
   has_group(section, file, {Field::Ax, Field::Ay, Field::Az}, "ax, ay, az");
 }
 
+/// A name, or {column = ..., names = {...}}: the column that says it.
+struct NameOrColumn {
+  Name name;
+  std::optional<NameColumn> column;
+};
+
+NameOrColumn read_name(MappingSection& section, const std::string& key) {
+  NameOrColumn found;
+  const toml::node* node = section.find(key);
+  const toml::table* table = node == nullptr ? nullptr : node->as_table();
+  if (table == nullptr) {
+    found.name = section.name(key).value_or(Name());
+    return found;
+  }
+  MappingSection inner(section.file(), *table, section.prefix() + key + '.');
+  NameColumn column{inner.required_text("column", "the column that says the name"), {}};
+  if (const toml::table* names = inner.table("names")) {
+    for (const auto& [cell, value] : *names) {
+      const auto name = Name::parse(value.value_exact<std::string>().value_or(""));
+      if (!name || name->empty()) {
+        inner.fail("names", "\"" + std::string(cell.str()) + "\": must be a name of 1 to 31 characters");
+      }
+      column.names.emplace_back(cell.str(), *name);
+    }
+  }
+  inner.no_other_keys();
+  found.column = std::move(column);
+  return found;
+}
+
 void read_kind_and_names(MappingSection& section, const std::optional<Name>& target, FileMapping& file) {
   const std::string kind = section.required_text("kind", "radar, angles, gps or truth");
   const auto kinds = all_kinds();
   const auto known = std::find_if(kinds.begin(), kinds.end(), [&](const KindInfo& k) { return k.name == kind; });
   if (known == kinds.end()) section.fail("kind", "'" + kind + "'; allowed: radar, angles, gps, truth");
   file.kind = known->kind;
-  if (file.kind == FileKind::Radar) file.source = section.required_name("sensor", "the radar's name");
-  if (file.kind == FileKind::Angles) file.source = section.required_name("sensor", "the tracker's name");
-  if (file.kind == FileKind::Gps) {
-    file.source = section.required_name("station", "the telemetry station's name");
-    file.receiver = section.name("receiver").value_or(Name());
+  if (file.kind != FileKind::Truth) {
+    const bool gps = file.kind == FileKind::Gps;
+    const std::string key = gps ? "station" : "sensor";
+    const NameOrColumn source = read_name(section, key);
+    if (source.name.empty() && !source.column) {
+      section.fail(key, std::string("missing: the ") +
+                            (gps                            ? "telemetry station"
+                             : file.kind == FileKind::Radar ? "radar"
+                                                            : "tracker") +
+                            "'s name, or {column = ...}: the column that says it");
+    }
+    file.source = source.name;
+    file.source_column = source.column;
   }
-  file.target = section.name("target").value_or(target.value_or(Name()));
-  if (file.target.empty()) section.fail("target", "missing here and at the top of the file");
+  if (file.kind == FileKind::Gps) {
+    const NameOrColumn receiver = read_name(section, "receiver");
+    file.receiver = receiver.name;
+    file.receiver_column = receiver.column;
+  }
+  const NameOrColumn own_target = read_name(section, "target");
+  file.target_column = own_target.column;
+  file.target = own_target.name.empty() ? target.value_or(Name()) : own_target.name;
+  if (file.target.empty() && !file.target_column) section.fail("target", "missing here and at the top of the file");
 }
 
 void read_filter(MappingSection section, FileMapping& file) {
@@ -211,6 +275,10 @@ void read_format(MappingSection& section, FileMapping& file) {
       section.fail("decimal", "a comma cannot be delimiter and decimal mark");
     }
   }
+  if (const auto lines = section.number("skip_lines")) {
+    if (*lines < 0 || *lines > 1e6 || *lines != std::floor(*lines)) section.fail("skip_lines", "must be 0 to 1000000");
+    file.skip_lines = static_cast<std::uint64_t>(*lines);
+  }
   file.comments = section.texts("comment");
   file.header = section.flag("header").value_or(true);
   file.missing = section.texts("missing", true).value_or(std::vector<std::string>());
@@ -242,6 +310,13 @@ void read_times(MappingSection& section, FileMapping& file) {
     if (*wrap != 0 && (*wrap < 1 || *wrap > 1e8)) section.fail("wrap_s", "must be 0, or 1 to 100000000");
     file.wrap = seconds(*wrap);
   }
+  if (const auto order = section.text("date_order")) {
+    constexpr std::array<std::pair<std::string_view, DateOrder>, 3> names{
+        {{"ymd", DateOrder::YearFirst}, {"dmy", DateOrder::DayFirst}, {"mdy", DateOrder::MonthFirst}}};
+    const auto* found = std::find_if(names.begin(), names.end(), [&](const auto& n) { return n.first == *order; });
+    if (found == names.end()) section.fail("date_order", "'" + *order + "'; allowed: ymd, dmy, mdy");
+    file.date_order = found->second;
+  }
   file.sort = section.flag("sort");
   file.accept_implausible = section.flag("accept_implausible").value_or(false);
 }
@@ -253,8 +328,12 @@ void read_columns(MappingSection& section, FileMapping& file) {
   for (const auto& [key, node] : *columns->as_table()) {
     const std::string column(key.str());
     if (const auto* table = node.as_table()) {
-      file.columns.push_back(
-          read_column(MappingSection(section.file(), *table, prefix + column + '.'), column, file.kind));
+      MappingSection inner(section.file(), *table, prefix + column + '.');
+      const auto place = read_place(inner);
+      // A place alone: for a filter or a name.
+      if (!place || table->contains("field")) file.columns.push_back(read_column(inner, column, file.kind));
+      inner.no_other_keys();
+      if (place) file.fixed.push_back({column, *place});
     } else if (node.value<std::string>() == "ignore") {
       file.ignored.push_back(column);
     } else {
@@ -264,13 +343,28 @@ void read_columns(MappingSection& section, FileMapping& file) {
   }
 }
 
+/// Columns stand at places, all of them, or between delimiters.
+void check_places(MappingSection& section, const FileMapping& file) {
+  if (file.fixed.empty()) return;
+  const auto placed = [&](const std::string& column) {
+    return std::any_of(file.fixed.begin(), file.fixed.end(), [&](const FixedColumn& c) { return c.name == column; });
+  };
+  const auto check = [&](const std::string& column) {
+    if (!placed(column)) section.fail("columns", "'" + column + "' has no at = [first, last], and others have");
+  };
+  for (const ColumnMapping& column : file.columns) check(column.column);
+  for (const RowFilter& filter : file.filters) check(filter.column);
+  for (const NameColumn* name : file.name_columns()) check(name->column);
+  if (file.delimiter) section.fail("delimiter", "has no meaning where columns stand at places (at)");
+}
+
 void check_times(MappingSection& section, const FileMapping& file) {
   if (file.kind != FileKind::Truth && file.latency.has_value() == file.has(Field::Received)) {
     section.fail("latency_s", "needed where no column is 'received', and only there");
   }
   const auto is_time = [](const ColumnMapping& c) { return c.field == Field::Epoch || c.field == Field::Received; };
   const auto from_liftoff = [&](const ColumnMapping& c) {
-    return is_time(c) && !c.text && c.since.value_or(Since::Liftoff) == Since::Liftoff;
+    return is_time(c) && !c.text && !c.packed && c.since.value_or(Since::Liftoff) == Since::Liftoff;
   };
   if (file.scale != TimeScale::Utc && std::any_of(file.columns.begin(), file.columns.end(), from_liftoff)) {
     section.fail(
@@ -285,11 +379,19 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
   FileMapping file;
   file.path = (folder / section.required_text("path", "the CSV file")).lexically_normal();
   read_kind_and_names(section, target, file);
-  read_format(section, file);
+  const std::string format = section.text("format").value_or("table");
+  if (format != "table" && format != "nmea") section.fail("format", "'" + format + "'; allowed: table, nmea");
   read_times(section, file);
-  read_columns(section, file);
+  if (format == "nmea") {
+    if (file.kind != FileKind::Gps) section.fail("format", "nmea is of kind gps only");
+    declare_nmea(file);
+  } else {
+    read_format(section, file);
+    read_columns(section, file);
+  }
   check_fields(section, file);
   check_times(section, file);
+  check_places(section, file);
   section.no_other_keys();
   return file;
 }
@@ -298,6 +400,14 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
 
 bool FileMapping::has(Field field) const {
   return std::any_of(columns.begin(), columns.end(), [&](const ColumnMapping& c) { return c.field == field; });
+}
+
+std::vector<const NameColumn*> FileMapping::name_columns() const {
+  std::vector<const NameColumn*> found;
+  for (const auto* column : {&source_column, &receiver_column, &target_column}) {
+    if (*column) found.push_back(&**column);
+  }
+  return found;
 }
 
 ImportMapping load_mapping(const std::filesystem::path& file, const std::optional<std::filesystem::path>& folder) {

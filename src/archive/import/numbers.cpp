@@ -9,7 +9,7 @@ namespace downrange::archive {
 namespace {
 
 constexpr std::string_view minus_sign = "\u2212";  // the typographic one
-constexpr std::array<std::string_view, 6> group_marks{" ", "'", "\u2019", "\u00A0", "\u202F", "\u2009"};
+constexpr std::array<std::string_view, 7> group_marks{" ", "'", "_", "\u2019", "\u00A0", "\u202F", "\u2009"};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 

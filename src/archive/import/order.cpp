@@ -55,8 +55,10 @@ std::string order_problem(const FileMapping& mapping, const std::vector<RowTimes
   if (mapping.sort || mapping.kind == FileKind::Truth) return {};
   constexpr const char* remedy = "; write sort = true to sort the rows, or sort = false to take them as they stand";
   if (backward > forward && backward > 1) {
-    return "the rows are newest first (" + std::to_string(backward) + " steps back in time, the first at " +
-           at_line(first_backward) + ")" + remedy;
+    return std::string(backward > 10 * forward ? "the rows are newest first ("
+                                               : "the rows are not in order of time (") +
+           std::to_string(backward) + " of " + std::to_string(backward + forward) +
+           " steps back in time, the first at " + at_line(first_backward) + ")" + remedy;
   }
   if (mapping.latency && farthest_s < -usual_step_back_s) {
     return "the rows are not in order of time: " + at_line(farthest_back->line) + " is " + show(-farthest_s) +

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <archive/import/plausibility.hpp>
+#include <archive/import/times.hpp>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -22,7 +23,7 @@ constexpr double speed_baseline_s = 1;
 constexpr double earth_radius_least_m = 6'300'000;
 
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
-  char text[200];
+  char text[400];
   va_list arguments;
   va_start(arguments, pattern);
   std::vsnprintf(text, sizeof text, pattern, arguments);
@@ -139,6 +140,28 @@ class Judge {
         return std::string(" They would be near it with since = \"") + since + '"';
       }
     }
+    if (const std::string packed = packed_times(times); !packed.empty()) return packed;
+    // GPS weeks begin where GPS time does, on a Sunday.
+    const double week_s = liftoff_s - std::fmod(liftoff_s - gps_epoch_s, 7 * day_s);
+    if (times.least < liftoff_s - week_s + hour_s && times.most > liftoff_s - week_s - hour_s) {
+      return " They would be near it as seconds of the GPS week: since = " +
+             show_utc(Time{std::llround(week_s) * 1'000'000'000}).substr(0, 10) + "T00:00:00Z, time_scale = \"GPS\"";
+    }
+    if (times.least > 0 && times.most < 1000 * hour_s && times.least > hour_s)
+      return " In ms they would be near it (unit = \"ms\")";
+    return {};
+  }
+
+  /// The first time's number, from lift-off or from midnight, read as hhmmss.
+  [[nodiscard]] std::string packed_times(const Span& times) const {
+    const double of_day_s = std::fmod(static_cast<double>(liftoff_.ns) * 1e-9, day_s);
+    for (const double number : {times.least, times.least + of_day_s}) {
+      const auto clock = number >= 0 && number < 240'000 ? unpacked_clock(format("%.3f", number)) : std::nullopt;
+      const auto read = clock ? parse_clock(*clock) : std::nullopt;
+      if (read && std::abs(static_cast<double>(read->ns) * 1e-9 - of_day_s) < hour_s) {
+        return " They would be near it as hhmmss: unit = \"hhmmss\", since = \"midnight\"";
+      }
+    }
     return {};
   }
 
@@ -153,10 +176,10 @@ class Judge {
       return std::abs(r.polar.elevation_rad) > 90.001 * deg || std::abs(r.polar.azimuth_rad) > 720 * deg;
     });
     if (beyond) {
-      impossible(
-          format("its angles are azimuth %.1f to %.1f, elevation %.1f to %.1f deg, beyond the zenith or turns "
-                 "round: degrees taken as radians? Write unit = \"deg\"",
-                 az.least / deg, az.most / deg, el.least / deg, el.most / deg));
+      impossible(format(
+          "its angles are azimuth %.1f to %.1f, elevation %.1f to %.1f deg, beyond the zenith or turns "
+          "round: degrees taken as radians (write unit = \"deg\"), another unit, or azimuth and elevation exchanged?",
+          az.least / deg, az.most / deg, el.least / deg, el.most / deg));
     }
     const double turn = 2 * std::numbers::pi * deg;  // a turn of radians, taken as degrees
     const bool small = std::max(std::abs(az.least), std::abs(az.most)) <= turn &&
@@ -205,6 +228,13 @@ class Judge {
       return;
     }
     const Span height = span_of(fixes, [](const PlausibleRow& r) { return geodetic_from_ecef(r.position).height_m; });
+    const auto degrees_of = [&](double Geodetic::*angle) {
+      return span_of(fixes, [&](const PlausibleRow& r) { return geodetic_from_ecef(r.position).*angle / deg; });
+    };
+    const Span latitude = degrees_of(&Geodetic::latitude_rad);
+    const Span longitude = degrees_of(&Geodetic::longitude_rad);
+    add(format("latitude %.3f to %.3f, longitude %.3f to %.3f deg", latitude.least, latitude.most, longitude.least,
+               longitude.most));
     add(format("height %.3f to %.3f km", height.least / 1000, height.most / 1000));
     const double moved = median_speed(
         fixes, [](const PlausibleRow& a, const PlausibleRow& b) { return (b.position.m - a.position.m).norm(); });

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <archive/import/angles.hpp>
 #include <archive/import/row_values.hpp>
 #include <cmath>
 #include <numbers>
@@ -15,6 +16,14 @@ std::int64_t nearest(std::int64_t ns, std::int64_t reference, std::int64_t perio
   return ns + periods * period;
 }
 
+constexpr const char* no_time =
+    ": dates are year-month-day or year-day of year, with date_order = \"dmy\" or \"mdy\" day or month first; times of "
+    "day "
+    "are hours:minutes:seconds";
+constexpr const char* no_date =
+    " is no date: they are year-month-day, year-day of year, or with date_order = \"dmy\" or \"mdy\" day or month "
+    "first";
+
 std::int64_t midnight_before(Time time) {
   const std::int64_t since = time.ns % day_ns;
   return time.ns - (since < 0 ? since + day_ns : since);
@@ -30,7 +39,15 @@ CellProblem RowValues::problem(CellProblem kind, const ColumnMapping& column, co
 CellProblem RowValues::read(const std::vector<std::string_view>& fields, const std::vector<std::size_t>& places) {
   there_.reset();
   left_empty_ = 0;
+  date_.reset();
+  // The date first: times of day need it.
   for (std::size_t i = 0; i < places.size(); ++i) {
+    if (mapping_.columns[i].field != Field::Date) continue;
+    const CellProblem found = read_cell(mapping_.columns[i], fields[places[i]]);
+    if (found != CellProblem::None) return found;
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (mapping_.columns[i].field == Field::Date) continue;
     const CellProblem found = read_cell(mapping_.columns[i], fields[places[i]]);
     if (found != CellProblem::None) return found;
   }
@@ -47,7 +64,10 @@ CellProblem RowValues::read_cell(const ColumnMapping& column, std::string_view t
   const FieldInfo& field = info_of(column.field);
   const auto quoted = [&] { return text::in_quotes(text); };
   const bool declared = std::find(mapping_.missing.begin(), mapping_.missing.end(), text) != mapping_.missing.end();
-  const bool none = declared || is_no_value(text);
+  // "none" may be a value of its own.
+  const bool choice =
+      std::any_of(column.values.begin(), column.values.end(), [&](const auto& v) { return v.first == text; });
+  const bool none = declared || (is_no_value(text) && !choice);
   // What a truth has of velocity cannot be left out of it.
   const bool optional = field.optional && mapping_.kind != FileKind::Truth;
   if (none && optional) {
@@ -59,24 +79,78 @@ CellProblem RowValues::read_cell(const ColumnMapping& column, std::string_view t
   if (field.quantity == Quantity::Choice) return read_choice(column, text);
   if (field.quantity == Quantity::Time) return read_time(column, text);
 
+  if (field.quantity == Quantity::Date) return read_date(column, text);
+  return read_number(column, text);
+}
+
+/// The number of "12 km" where the column is in km; else the text as it is.
+std::string_view RowValues::without_unit(const ColumnMapping& column, std::string_view text) {
+  const std::size_t end = text.find_last_of("0123456789.,");
+  if (column.unit.empty() || end == std::string_view::npos || end + 1 == text.size()) return text;
+  const UnitInfo* unit = find_unit(info_of(column.field).quantity, trimmed(text.substr(end + 1)));
+  return unit == nullptr || unit->name != column.unit ? text : trimmed(text.substr(0, end + 1));
+}
+
+ParsedNumber<double> RowValues::number_of(const ColumnMapping& column, std::string_view text) const {
+  const Quantity quantity = info_of(column.field).quantity;
+  const bool degrees = quantity == Quantity::Angle && column.unit == "deg";
+  if (degrees) {
+    const auto letters = column.field == Field::Latitude    ? AngleLetters::NorthSouth
+                         : column.field == Field::Longitude ? AngleLetters::EastWest
+                                                            : AngleLetters::None;
+    if (const auto found = parse_degrees(text, rules_.mark, letters)) return {NumberKind::Finite, *found};
+    // "12 345" as degrees is no thousands.
+    if (trimmed(text).find(' ') != std::string_view::npos) return {};
+  }
   const auto number = parse_number<double>(text, rules_.mark);
+  if (number.kind != NumberKind::NotANumber || column.unit.empty()) return number;
+  return parse_number<double>(without_unit(column, text), rules_.mark);
+}
+
+std::string RowValues::why_no_number(const ColumnMapping& column, std::string_view text) const {
+  if (text.find('\0') != std::string_view::npos) return " holds zero bytes";
+  if (text.find('"') != std::string_view::npos) return " is not a number: a stray quote";
+  const Quantity quantity = info_of(column.field).quantity;
+  if (quantity == Quantity::Angle && column.unit != "deg" &&
+      parse_degrees(text, rules_.mark, AngleLetters::None).has_value()) {
+    return " is degrees: write unit = \"deg\"";
+  }
+  const std::size_t end = text.find_last_of("0123456789.,");
+  const UnitInfo* unit = end == std::string_view::npos ? nullptr : find_unit(quantity, trimmed(text.substr(end + 1)));
+  if (unit != nullptr && unit->name != column.unit) {
+    return " says " + std::string(unit->name) + ", the mapping unit = \"" + column.unit + '"';
+  }
+  return " is not a number";
+}
+
+CellProblem RowValues::read_number(const ColumnMapping& column, std::string_view text) {
+  const auto number = number_of(column, text);
   if (number.kind == NumberKind::NotANumber) {
-    const bool stray = text.find('"') != std::string_view::npos;
-    return problem(CellProblem::Malformed, column, quoted() + " is not a number" + (stray ? ": a stray quote" : ""));
+    return problem(CellProblem::Malformed, column, text::in_quotes(text) + why_no_number(column, text));
   }
   const double value = number.value * column.factor + column.offset;
   if (number.kind == NumberKind::NotFinite || !std::isfinite(value)) {
-    if (optional) {
+    if (info_of(column.field).optional) {
       ++left_empty_;
       return CellProblem::None;
     }
-    return problem(CellProblem::NotFinite, column, quoted() + " is not finite");
+    return problem(CellProblem::NotFinite, column, text::in_quotes(text) + " is not finite");
   }
   if (column.field == Field::Satellites && (value < 0 || value > 255 || value != std::floor(value))) {
-    return problem(CellProblem::Malformed, column, quoted() + " is no count of satellites");
+    return problem(CellProblem::Malformed, column, text::in_quotes(text) + " is no count of satellites");
   }
   values_[static_cast<std::size_t>(column.field)] = value;
   there_.set(static_cast<std::size_t>(column.field));
+  return CellProblem::None;
+}
+
+CellProblem RowValues::read_date(const ColumnMapping& column, std::string_view text) {
+  auto found = parse_clock(std::string(text) + " 00:00:00", mapping_.date_order);
+  if (!found || found->shape != ClockShape::Instant) found = parse_clock(std::string(text) + "T000000");
+  if (!found || found->shape != ClockShape::Instant) {
+    return problem(CellProblem::Malformed, column, text::in_quotes(text) + no_date);
+  }
+  date_ = Time{found->ns};
   return CellProblem::None;
 }
 
@@ -101,6 +175,11 @@ CellProblem RowValues::read_choice(const ColumnMapping& column, std::string_view
   return CellProblem::None;
 }
 
+/// A time of day beside a date needs no other word.
+std::optional<Since> RowValues::since_of(const ColumnMapping& column) const {
+  return !column.since && date_ ? std::optional(Since::Midnight) : column.since;
+}
+
 long double RowValues::base_ns(const ColumnMapping& column, Since since) const {
   switch (since) {
     case Since::Liftoff:
@@ -108,6 +187,7 @@ long double RowValues::base_ns(const ColumnMapping& column, Since since) const {
     case Since::Unix:
       return 0;
     case Since::Midnight:
+      if (date_) return date_->ns;
       return mapping_.date ? mapping_.date->ns : midnight_before(rules_.liftoff);
     case Since::Instant:
       return column.instant.ns;
@@ -136,21 +216,22 @@ std::optional<long double> RowValues::clock_ns(const ColumnMapping& column, cons
       return *best;
     }
     case ClockShape::Hours:
-      if (!column.since) {
+      if (!since_of(column)) {
         throw ImportError(column.column +
                           ": hours:minutes:seconds, which may be a time of day or a time since lift-off: "
                           "write since = \"midnight\" (with date = ... if the first is not within 12 h of lift-off) or "
                           "since = \"liftoff\"");
       }
-      if (*column.since == Since::Unix) return std::nullopt;
-      return base_ns(column, *column.since) + clock.ns +
-             (*column.since == Since::Liftoff ? rules_.scale_minus_utc.ns : 0);
+      if (*since_of(column) == Since::Unix) return std::nullopt;
+      return base_ns(column, *since_of(column)) + clock.ns +
+             (*since_of(column) == Since::Liftoff ? rules_.scale_minus_utc.ns : 0);
   }
   return std::nullopt;
 }
 
 /// A time of day, or of another period, on the day that continues the row before.
 std::int64_t RowValues::continued(const ColumnMapping& column, std::int64_t ns) const {
+  if (date_) return ns;
   const bool of_day = column.since == Since::Midnight;
   const std::int64_t period = mapping_.wrap ? mapping_.wrap->ns : of_day ? day_ns : 0;
   if (period == 0) return ns;
@@ -162,7 +243,9 @@ std::int64_t RowValues::continued(const ColumnMapping& column, std::int64_t ns) 
 
 /// With 64 bits of mantissa: a double of seconds since 1970 is good to a quarter of a microsecond only.
 CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view text) {
-  const auto clock = parse_clock(text);
+  const auto unpacked = column.packed ? unpacked_clock(text) : std::nullopt;
+  auto clock = unpacked ? parse_clock(*unpacked) : parse_clock(text, mapping_.date_order);
+  if (!clock) clock = compact_instant(text);
   std::optional<long double> ns;
   bool absolute = false;  // a date of its own
   if (clock) {
@@ -177,18 +260,21 @@ CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view t
     }
     *ns += column.offset * 1e9L - rules_.scale_minus_utc.ns;
   } else {
-    const auto number = parse_number<long double>(text, rules_.mark);
+    auto number = parse_number<long double>(text, rules_.mark);
+    if (number.kind == NumberKind::NotANumber)
+      number = parse_number<long double>(without_unit(column, text), rules_.mark);
     if (number.kind == NumberKind::NotFinite) {
       return problem(CellProblem::NotFinite, column, text::in_quotes(text) + " is not finite");
     }
-    if (number.kind == NumberKind::NotANumber || column.text) {
+    if (number.kind == NumberKind::NotANumber || column.text || column.packed) {
+      const bool date = text.find(':') != std::string_view::npos;
       return problem(CellProblem::Malformed, column,
-                     text::in_quotes(text) + (text.find(':') != std::string_view::npos
-                                                  ? " is no time: dates are year-month-day or year-day of year"
-                                              : column.text ? " is no date and no time of day"
-                                                            : " is not a number"));
+                     text::in_quotes(text) + (date            ? std::string(" is no time") + no_time
+                                              : column.packed ? " is no time as hhmmss"
+                                              : column.text   ? " is no date and no time of day"
+                                                              : " is not a number"));
     }
-    const Since since = column.since.value_or(Since::Liftoff);
+    const Since since = since_of(column).value_or(Since::Liftoff);
     const long double span = number.value * column.factor + column.offset * 1e9L;
     ns = base_ns(column, since) + span - (since == Since::Liftoff ? 0 : rules_.scale_minus_utc.ns);
     if (!(*ns >= 0 && *ns < 4.1024448e18L)) {

@@ -48,9 +48,16 @@ class RowValues {
  private:
   CellProblem read_cell(const ColumnMapping& column, std::string_view text);
   CellProblem read_time(const ColumnMapping& column, std::string_view text);
+  CellProblem read_number(const ColumnMapping& column, std::string_view text);
+  CellProblem read_date(const ColumnMapping& column, std::string_view text);
   CellProblem read_choice(const ColumnMapping& column, std::string_view text);
   CellProblem problem(CellProblem kind, const ColumnMapping& column, const std::string& what);
   [[nodiscard]] std::optional<long double> clock_ns(const ColumnMapping& column, const ClockTime& clock);
+  [[nodiscard]] static std::string_view without_unit(const ColumnMapping& column, std::string_view text);
+  [[nodiscard]] ParsedNumber<double> number_of(const ColumnMapping& column, std::string_view text) const;
+  /// What a cell that is no number may be.
+  [[nodiscard]] std::string why_no_number(const ColumnMapping& column, std::string_view text) const;
+  [[nodiscard]] std::optional<Since> since_of(const ColumnMapping& column) const;
   [[nodiscard]] long double base_ns(const ColumnMapping& column, Since since) const;
   [[nodiscard]] std::int64_t continued(const ColumnMapping& column, std::int64_t ns) const;
   [[nodiscard]] std::string other_meaning(long double number) const;
@@ -61,6 +68,7 @@ class RowValues {
   std::bitset<field_count> there_;
   Time epoch_;
   Time received_;
+  std::optional<Time> date_;  ///< of the row, from its own column
   std::optional<Time> last_epoch_;
   std::optional<Time> last_received_;
   std::size_t left_empty_ = 0;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/import/rows.hpp>
 #include <array>
+#include <text/utf8.hpp>
 
 namespace downrange::archive {
 namespace {
@@ -73,7 +74,10 @@ std::optional<std::string_view> RowSplitter::quoted_field(std::string_view line,
   bool doubled = false;
   for (;; ++end) {
     end = line.find('"', end);
-    if (end == std::string_view::npos) return std::nullopt;  // never closed
+    if (end == std::string_view::npos) {
+      open_ = true;
+      return std::nullopt;
+    }
     if (end + 1 >= line.size() || line[end + 1] != '"') break;
     doubled = true;
     ++end;
@@ -94,11 +98,16 @@ std::optional<std::string_view> RowSplitter::quoted_field(std::string_view line,
 const std::vector<std::string_view>& RowSplitter::split(std::string_view line) {
   fields_.clear();
   unquoted_.clear();
+  open_ = false;
   if (delimiter_ == blanks) line = trimmed(line);
   for (std::size_t at = 0; at <= line.size();) {
     if (delimiter_ == blanks) {
       while (at < line.size() && is_blank(line[at])) ++at;
       if (at >= line.size() && !fields_.empty()) break;
+    }
+    if (fields_.size() + 1 == max_fields) {
+      fields_.push_back(line.substr(at));
+      break;
     }
     if (const auto field = quoted_field(line, at)) {
       fields_.push_back(*field);
@@ -109,6 +118,25 @@ const std::vector<std::string_view>& RowSplitter::split(std::string_view line) {
     at = end + 1;
   }
   return fields_;
+}
+
+std::vector<std::string_view> split_fixed(std::string_view line, const std::vector<FixedPlace>& places) {
+  const bool ascii = std::all_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  std::vector<std::size_t> starts;  // of each character, where they are not all of one byte
+  for (std::size_t at = 0; !ascii && at < line.size();
+       at += std::max<std::size_t>(1, text::utf8_size(line.substr(at, 4)))) {
+    starts.push_back(at);
+  }
+  const auto byte_of = [&](std::size_t character) {
+    if (ascii) return std::min(character, line.size());
+    return character < starts.size() ? starts[character] : line.size();
+  };
+  std::vector<std::string_view> fields;
+  for (const FixedPlace& place : places) {
+    const std::size_t begin = byte_of(place.first - 1);
+    fields.push_back(trimmed(line.substr(begin, byte_of(place.last) - begin)));
+  }
+  return fields;
 }
 
 }  // namespace downrange::archive

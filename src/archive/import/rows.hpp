@@ -25,14 +25,18 @@ inline constexpr Delimiter blanks = ' ';
 /// a comment may stand in quotes.
 [[nodiscard]] std::optional<std::string_view> comment_of(std::string_view line, const std::vector<std::string>& marks);
 
-/// Splits line after line. A field may stand in double quotes, with the delimiter in it and its own quotes doubled; a
-/// quote anywhere else is a character like others, so that it spoils its own field only.
+/// Splits line after line. A field may stand in double quotes, with the delimiter and line breaks in it and its own
+/// quotes doubled; a quote anywhere else is a character like others, so that it spoils its own field only.
 class RowSplitter {
  public:
   explicit RowSplitter(Delimiter delimiter) : delimiter_(delimiter) {}
 
   /// Without surrounding blanks and quotes; they live until the next split, and as long as the line.
   [[nodiscard]] const std::vector<std::string_view>& split(std::string_view line);
+  /// Whether a quoted field began in the line that was split last and did not end there.
+  [[nodiscard]] bool open() const { return open_; }
+  /// A line is split into so many fields at most; the last then has the rest.
+  static constexpr std::size_t max_fields = 20'000;
   [[nodiscard]] Delimiter delimiter() const { return delimiter_; }
 
  private:
@@ -43,6 +47,16 @@ class RowSplitter {
   Delimiter delimiter_;
   std::vector<std::string_view> fields_;
   std::deque<std::string> unquoted_;  ///< fields whose doubled quotes were taken out
+  bool open_ = false;
 };
+
+/// A field by its place: characters `first` to `last` of a line, from 1.
+struct FixedPlace {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+/// The text at each place, without surrounding blanks; empty where the line is shorter. Characters, not bytes.
+[[nodiscard]] std::vector<std::string_view> split_fixed(std::string_view line, const std::vector<FixedPlace>& places);
 
 }  // namespace downrange::archive

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/import/import_error.hpp>
 #include <archive/import/source_text.hpp>
+#include <array>
 #include <text/file.hpp>
 #include <text/utf8.hpp>
 
@@ -10,10 +11,8 @@ namespace {
 /// Rows are held in memory, each in some five times its text.
 constexpr std::uint64_t max_source_size = 1'000'000'000;
 
-/// How much of a text tells whether every other byte is zero.
+/// How much of a text tells how many bytes a character has.
 constexpr std::size_t sample_size = 2000;
-
-bool starts_with(std::string_view bytes, std::string_view mark) { return bytes.substr(0, mark.size()) == mark; }
 
 std::string from_utf16(std::string_view bytes, bool big_endian) {
   if (bytes.size() % 2 != 0) throw ImportError("is cut off within a character of UTF-16");
@@ -54,27 +53,82 @@ bool is_utf8(std::string_view bytes) {
   return true;
 }
 
-enum class Zeros { None, Even, Odd, Mixed };
-
-/// Where the zero bytes of the text's first part are.
-Zeros zeros_of(std::string_view bytes) {
-  std::size_t even = 0;
-  std::size_t odd = 0;
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
-    if (bytes[at] == '\0') ++(at % 2 == 0 ? even : odd);
+/// Four bytes a character.
+std::string from_utf32(std::string_view bytes, bool big_endian) {
+  if (bytes.size() % 4 != 0) throw ImportError("is cut off within a character of UTF-32");
+  std::string text;
+  text.reserve(bytes.size() / 4);
+  for (std::size_t at = 0; at < bytes.size(); at += 4) {
+    char32_t c = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      c = (c << 8) | static_cast<unsigned char>(bytes[at + (big_endian ? i : 3 - i)]);
+    }
+    text::append_utf8(text, c > 0x10FFFF || (c >= 0xD800 && c < 0xE000) ? char32_t{0xFFFD} : c);
   }
-  if (even + odd == 0) return Zeros::None;
-  // All of ASCII: one zero in each pair of bytes. A few other characters do not change which.
-  const std::size_t most = bytes.size() / 2 * 9 / 10;
-  if (odd == 0 && even >= most) return Zeros::Even;
-  if (even == 0 && odd >= most) return Zeros::Odd;
-  return Zeros::Mixed;
+  return text;
 }
+
+/// How many bytes a character has, by where the zero bytes of the text's first part are: all of ASCII has one zero in
+/// each pair of bytes, or three in each four. A few other characters do not change which.
+struct UnitShape {
+  std::size_t size = 1;
+  bool big_endian = false;
+};
+
+UnitShape shape_of(std::string_view bytes) {
+  std::array<std::size_t, 4> zeros{};
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    if (bytes[at] == '\0') ++zeros[at % 4];
+  }
+  const std::size_t most = bytes.size() / 4 * 9 / 10;
+  if (bytes.size() < 4 || most == 0) return {};
+  const auto full = [&](std::size_t i) { return zeros[i] >= most; };
+  if (zeros[0] == 0 && full(1) && full(2) && full(3)) return {4, false};
+  if (full(0) && full(1) && full(2) && zeros[3] == 0) return {4, true};
+  if (zeros[0] + zeros[2] == 0 && full(1) && full(3)) return {2, false};
+  if (full(0) && full(2) && zeros[1] + zeros[3] == 0) return {2, true};
+  return {};
+}
+
+/// What else is handed over as a table, by its first bytes.
+struct Foreign {
+  std::string_view start;
+  const char* what;
+};
+constexpr std::array<Foreign, 15> foreign{
+    {{"PK\x03\x04", "is a ZIP file (a spreadsheet's .xlsx or .ods is one): export it as CSV, or unpack it"},
+     {"\xD0\xCF\x11\xE0", "is a spreadsheet's .xls: export it as CSV"},
+     {"\x1F\x8B", "is compressed by gzip: unpack it first"},
+     {"BZh", "is compressed by bzip2: unpack it first"},
+     {"\xFD\x37zXZ", "is compressed by xz: unpack it first"},
+     {"\x28\xB5\x2F\xFD", "is compressed by zstd: unpack it first"},
+     {"7z\xBC\xAF", "is a 7z archive: unpack it first"},
+     {"%PDF-", "is a PDF"},
+     {"<html", "is HTML: export it as CSV"},
+     {"<!DOCTYPE", "is HTML: export it as CSV"},
+     {"\x89MCAP", "is an archive already: replay it"},
+     {"\x89HDF", "is an HDF5 file: export it as CSV"},
+     {"\x84\x31\x95\x33", "is text in GB 18030: save it as UTF-8"},
+     {"+/v8", "is text in UTF-7: save it as UTF-8"},
+     {"\xDD\x73\x66\x73", "is text in UTF-EBCDIC: save it as UTF-8"}}};
 
 [[noreturn]] void refuse_zeros(std::string_view bytes) {
   const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(bytes.find('\0'));
   const auto line = 1 + std::count(bytes.begin(), end, '\n');
-  throw ImportError("holds zero bytes (the first on line " + std::to_string(line) + "): it is no text");
+  throw ImportError("holds many zero bytes (the first on line " + std::to_string(line) + "): it is no text");
+}
+
+/// Zero bytes at the end are what a file system promised and a logger never wrote; a few elsewhere spoil their rows
+/// only; many are no text.
+SourceText from_bytes(std::string bytes) {
+  const std::size_t end = bytes.find_last_not_of('\0');
+  const std::uint64_t end_zeros = bytes.size() - (end == std::string::npos ? 0 : end + 1);
+  bytes.resize(bytes.size() - end_zeros);
+  const auto zeros = static_cast<std::size_t>(std::count(bytes.begin(), bytes.end(), '\0'));
+  if (zeros > bytes.size() / 4) refuse_zeros(bytes);
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
+  if (!is_utf8(bytes)) return {from_latin1(bytes), "Latin-1", end_zeros};
+  return {std::move(bytes), "", end_zeros};
 }
 
 }  // namespace
@@ -82,28 +136,18 @@ Zeros zeros_of(std::string_view bytes) {
 SourceText decode_text(std::string bytes) {
   using namespace std::string_literals;
   const auto without = [&](std::size_t mark) { return std::string_view(bytes).substr(mark); };
-  if (starts_with(bytes, "PK\x03\x04")) {
-    throw ImportError("is a ZIP file (a spreadsheet's .xlsx or .ods is one): export it as CSV, or unpack it");
+  for (const Foreign& known : foreign) {
+    if (bytes.starts_with(known.start)) throw ImportError(known.what);
   }
-  if (starts_with(bytes, "\x1F\x8B")) throw ImportError("is compressed by gzip: unpack it first");
-  if (starts_with(bytes, "\xFF\xFE\0\0"s) || starts_with(bytes, "\0\0\xFE\xFF"s)) {
-    throw ImportError("is text in UTF-32: save it as UTF-8");
-  }
-  if (starts_with(bytes, "\xFF\xFE")) return {from_utf16(without(2), false), "UTF-16 (little-endian)"};
-  if (starts_with(bytes, "\xFE\xFF")) return {from_utf16(without(2), true), "UTF-16 (big-endian)"};
-  switch (zeros_of(std::string_view(bytes).substr(0, sample_size))) {
-    case Zeros::Even:
-      return {from_utf16(bytes, true), "UTF-16 (big-endian, without a mark)"};
-    case Zeros::Odd:
-      return {from_utf16(bytes, false), "UTF-16 (little-endian, without a mark)"};
-    case Zeros::None:
-    case Zeros::Mixed:
-      break;
-  }
-  if (bytes.find('\0') != std::string::npos) refuse_zeros(bytes);
-  if (starts_with(bytes, "\xEF\xBB\xBF")) bytes.erase(0, 3);
-  if (!is_utf8(bytes)) return {from_latin1(bytes), "Latin-1"};
-  return {std::move(bytes), ""};
+  if (bytes.starts_with("\xFF\xFE\0\0"s)) return {from_utf32(without(4), false), "UTF-32 (little-endian)", 0};
+  if (bytes.starts_with("\0\0\xFE\xFF"s)) return {from_utf32(without(4), true), "UTF-32 (big-endian)", 0};
+  if (bytes.starts_with("\xFF\xFE")) return {from_utf16(without(2), false), "UTF-16 (little-endian)", 0};
+  if (bytes.starts_with("\xFE\xFF")) return {from_utf16(without(2), true), "UTF-16 (big-endian)", 0};
+  const UnitShape shape = shape_of(std::string_view(bytes).substr(0, sample_size));
+  const char* order = shape.big_endian ? "big-endian, without a mark)" : "little-endian, without a mark)";
+  if (shape.size == 4) return {from_utf32(bytes, shape.big_endian), std::string("UTF-32 (") + order, 0};
+  if (shape.size == 2) return {from_utf16(bytes, shape.big_endian), std::string("UTF-16 (") + order, 0};
+  return from_bytes(std::move(bytes));
 }
 
 SourceText read_source(const std::filesystem::path& file) {

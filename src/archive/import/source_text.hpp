@@ -10,12 +10,14 @@
 namespace downrange::archive {
 
 struct SourceText {
-  std::string text;      ///< UTF-8, without byte order mark
-  std::string encoding;  ///< where it was not UTF-8: what it was
+  std::string text;             ///< UTF-8, without byte order mark
+  std::string encoding;         ///< where it was not UTF-8: what it was
+  std::uint64_t end_zeros = 0;  ///< bytes of zero left off at its end
 };
 
-/// UTF-8 with or without a byte order mark; UTF-16 with one, or without where every other byte is zero; else Latin-1.
-/// Throws ImportError (reason only) for what is no text: compressed files, UTF-32, zero bytes.
+/// UTF-8 with or without a byte order mark; UTF-16 and UTF-32 with one, or without where the zero bytes show it; else
+/// Latin-1. A few zero bytes stay in the text. Throws ImportError (reason only) for what is no text: compressed files,
+/// spreadsheets, many zero bytes.
 [[nodiscard]] SourceText decode_text(std::string bytes);
 
 /// Reads and decodes. Throws ImportError with the file's name.
@@ -30,6 +32,7 @@ class LineReader {
   [[nodiscard]] std::optional<std::string_view> next();
   /// Of the line that next() gave, from 1.
   [[nodiscard]] std::uint64_t line() const { return line_; }
+  /// Behind the line that next() gave.
   [[nodiscard]] std::size_t offset() const { return at_; }
 
  private:

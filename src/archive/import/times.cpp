@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <archive/import/times.hpp>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <string>
@@ -102,7 +104,7 @@ std::optional<std::int64_t> date_of(Scanner& scan) {
   const auto year = scan.number(4, 4);
   if (!year) return std::nullopt;
   const std::string_view mark = scan.rest().substr(0, 1);
-  if (mark != "-" && mark != "/" && mark != ":") return std::nullopt;
+  if (mark != "-" && mark != "/" && mark != ":" && mark != ".") return std::nullopt;
   scan.take(mark);
   const Scanner after_year = scan;
   if (const auto day = scan.number(3, 3)) {
@@ -116,6 +118,81 @@ std::optional<std::int64_t> date_of(Scanner& scan) {
   const auto day = scan.number(1, 2);
   if (!day || !(scan.take("T") || scan.take("t") || scan.take(" ") || scan.take("_"))) return std::nullopt;
   return days_of(*year, *month, *day);
+}
+
+/// What stands between a date and a time of day.
+bool take_date_end(Scanner& scan) {
+  return scan.take("T") || scan.take("t") || scan.take(", ") || scan.take(" ") || scan.take("_") || scan.take(":");
+}
+
+/// The month of an English name, from three letters on.
+std::optional<int> month_of(Scanner& scan) {
+  constexpr std::array<std::string_view, 12> names{"january",   "february", "march",    "april",
+                                                   "may",       "june",     "july",     "august",
+                                                   "september", "october",  "november", "december"};
+  const std::string_view rest = scan.rest();
+  std::string word;
+  for (std::size_t i = 0; i < rest.size() && std::isalpha(static_cast<unsigned char>(rest[i])) != 0; ++i) {
+    word += static_cast<char>(std::tolower(static_cast<unsigned char>(rest[i])));
+  }
+  for (std::size_t i = 0; i < names.size() && word.size() >= 3; ++i) {
+    if (!names[i].starts_with(word)) continue;
+    scan.take(rest.substr(0, word.size()));
+    return static_cast<int>(i) + 1;
+  }
+  return std::nullopt;
+}
+
+/// "4-Mar-2025", "04MAR2025", "Mar 4, 2025". In days since 1970.
+std::optional<std::int64_t> named_date_of(Scanner& scan) {
+  const auto skip_marks = [&] { return scan.take(", ") || scan.take("-") || scan.take(" ") || scan.take("/"); };
+  auto month = month_of(scan);
+  const bool day_first = !month;
+  if (month) skip_marks();
+  const auto day = scan.number(1, 2);
+  if (day) skip_marks();
+  if (day_first) {
+    month = month_of(scan);
+    if (month) skip_marks();
+  }
+  const auto year = month ? scan.number(4, 4) : std::nullopt;
+  if (!day || !year || !take_date_end(scan)) return std::nullopt;
+  return days_of(*year, *month, *day);
+}
+
+/// "04/03/2025", "4.3.2025" in the order that the mapping says. In days since 1970.
+std::optional<std::int64_t> ordered_date_of(Scanner& scan, DateOrder order) {
+  const auto first = scan.number(1, 2);
+  const std::string_view mark = scan.rest().substr(0, 1);
+  if (!first || (mark != "-" && mark != "/" && mark != ".")) return std::nullopt;
+  scan.take(mark);
+  const auto second = scan.number(1, 2);
+  const auto year = second && scan.take(mark) ? scan.number(4, 4) : std::nullopt;
+  if (!year || !take_date_end(scan)) return std::nullopt;
+  const bool day_first = order == DateOrder::DayFirst;
+  return days_of(*year, day_first ? *second : *first, day_first ? *first : *second);
+}
+
+/// Of whichever spelling; the scanner stands behind it.
+std::optional<std::int64_t> any_date_of(Scanner& scan, DateOrder order) {
+  const Scanner start = scan;
+  if (const auto days = date_of(scan)) return days;
+  scan = start;
+  if (const auto days = named_date_of(scan)) return days;
+  scan = start;
+  return order == DateOrder::YearFirst ? std::nullopt : ordered_date_of(scan, order);
+}
+
+/// Twelve hours more or less, for a time of day with AM or PM behind it; nothing where they do not fit together.
+std::optional<std::int64_t> half_day_of(Scanner& scan, std::int64_t clock_ns) {
+  constexpr std::int64_t hour_ns = 3600 * second_ns;
+  scan.skip_blanks();
+  const bool morning = scan.take("AM") || scan.take("am");
+  if (!morning && !scan.take("PM") && !scan.take("pm")) return 0;
+  const std::int64_t hour = clock_ns / hour_ns;
+  if (hour < 1 || hour > 12) return std::nullopt;
+  if (hour == 12) return morning ? -12 * hour_ns : 0;
+  return morning ? 0 : 12 * hour_ns;
 }
 
 struct Zone {
@@ -140,16 +217,17 @@ std::optional<Zone> zone_of(Scanner& scan) {
   return Zone{true, west ? -offset : offset};
 }
 
-std::optional<ClockTime> instant_of(std::string_view text) {
+std::optional<ClockTime> instant_of(std::string_view text, DateOrder order) {
   Scanner scan(text);
   const bool basic = text.size() > 8 && text[8] == 'T';
-  const auto days = date_of(scan);
+  const auto days = any_date_of(scan, order);
   if (!days) return std::nullopt;
   scan.skip_blanks();
   const auto clock = clock_of(scan, 23, !basic || scan.rest().find(':') != std::string_view::npos);
-  const auto zone = clock ? zone_of(scan) : std::nullopt;
+  const auto half_day = clock ? half_day_of(scan, *clock) : std::nullopt;
+  const auto zone = half_day ? zone_of(scan) : std::nullopt;
   if (!zone) return std::nullopt;
-  return ClockTime{ClockShape::Instant, *days * day_s * second_ns + *clock - zone->offset_ns, zone->stated};
+  return ClockTime{ClockShape::Instant, *days * day_s * second_ns + *clock + *half_day - zone->offset_ns, zone->stated};
 }
 
 std::optional<ClockTime> day_of_year_of(std::string_view text) {
@@ -167,10 +245,11 @@ std::optional<ClockTime> hours_of(std::string_view text) {
   const bool negative = scan.take("-") || scan.take("\u2212");
   if (!negative) scan.take("+");
   const auto clock = clock_of(scan, 9999);
-  if (!clock) return std::nullopt;
+  const auto half_day = clock ? half_day_of(scan, *clock) : std::nullopt;
+  if (!half_day) return std::nullopt;
   // A Z says that it is a time of day, which its shape alone does not.
   if (!scan.empty() && (negative || !scan.take("Z") || !scan.empty())) return std::nullopt;
-  return ClockTime{ClockShape::Hours, negative ? -*clock : *clock, false};
+  return ClockTime{ClockShape::Hours, (negative ? -*clock : *clock) + *half_day, false};
 }
 
 std::optional<ClockTime> countdown_of(std::string_view text) {
@@ -193,13 +272,29 @@ std::optional<ClockTime> countdown_of(std::string_view text) {
 
 }  // namespace
 
-std::optional<ClockTime> parse_clock(std::string_view text) {
+std::optional<ClockTime> parse_clock(std::string_view text, DateOrder order) {
   // Every such text has a sign of its own; plain numbers, the most of all cells, have none.
   if (text.find_first_of(":Tt") == std::string_view::npos) return std::nullopt;
-  if (auto found = instant_of(text)) return found;
+  if (auto found = instant_of(text, order)) return found;
   if (auto found = day_of_year_of(text)) return found;
   if (auto found = hours_of(text)) return found;
   return countdown_of(text);
+}
+
+std::optional<ClockTime> compact_instant(std::string_view text) {
+  constexpr std::size_t digits = 14;
+  if (std::min(text.find_first_of(".,"), text.size()) != digits || text.front() > '2') return std::nullopt;
+  return parse_clock(std::string(text.substr(0, 8)) + 'T' + std::string(text.substr(8)));
+}
+
+std::optional<std::string> unpacked_clock(std::string_view text) {
+  const std::size_t point = std::min(text.find_first_of(".,"), text.size());
+  if (point == 0 || point > 6 ||
+      !std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(point), is_digit)) {
+    return std::nullopt;
+  }
+  const std::string whole = std::string(6 - point, '0') + std::string(text.substr(0, point));
+  return whole.substr(0, 2) + ':' + whole.substr(2, 2) + ':' + whole.substr(4) + std::string(text.substr(point));
 }
 
 std::string show_utc(Time time) {
