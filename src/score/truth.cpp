@@ -20,15 +20,7 @@ std::optional<TrueState> TruthTable::at(Time t) const {
   const TruthSample& a = *std::prev(upper);
   const TruthSample& b = *upper;
   const double h = (b.time - a.time).seconds();
-  const double u = (t - a.time).seconds() / h;
-  const Eigen::Vector3d& p0 = a.state.position.m;
-  const Eigen::Vector3d dp = b.state.position.m - p0;
-  const Eigen::Vector3d m0 = h * a.state.velocity.m_s;
-  const Eigen::Vector3d m1 = h * b.state.velocity.m_s;
-  // p(u) = p0 + m0 u + c2 u^2 + c3 u^3 with p(1), p'(1) met
-  const Eigen::Vector3d c2 = 3 * dp - 2 * m0 - m1;
-  const Eigen::Vector3d c3 = m0 + m1 - 2 * dp;
-  return TrueState{{p0 + u * (m0 + u * (c2 + u * c3))}, {(m0 + u * (2 * c2 + u * 3 * c3)) / h}};
+  return hermite(a.state, b.state, h, (t - a.time).seconds() / h);
 }
 
 }  // namespace downrange::score

@@ -1,7 +1,7 @@
 #pragma once
 /// Where the target truly was: a table of samples, continuous in between.
 
-#include <downrange/geo/frames.hpp>
+#include <downrange/geo/hermite.hpp>
 #include <downrange/geo/time.hpp>
 #include <functional>
 #include <optional>
@@ -9,10 +9,7 @@
 
 namespace downrange::score {
 
-struct TrueState {
-  Position<Ecef> position;
-  Velocity<Ecef> velocity;
-};
+using TrueState = PositionVelocity;
 
 /// The true state at a time, or nothing where the truth is not known.
 using TruthFunction = std::function<std::optional<TrueState>(Time)>;

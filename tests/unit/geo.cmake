@@ -2,3 +2,4 @@ downrange_test(geo_vectors_test ${CMAKE_CURRENT_LIST_DIR}/geo_vectors_test.cpp L
 downrange_test(geo_laws_test ${CMAKE_CURRENT_LIST_DIR}/geo_laws_test.cpp LIBS downrange_geo)
 downrange_test(geo_refraction_test ${CMAKE_CURRENT_LIST_DIR}/geo_refraction_test.cpp
                LIBS downrange_geo nlohmann_json::nlohmann_json)
+downrange_test(geo_nominal_test ${CMAKE_CURRENT_LIST_DIR}/geo_nominal_test.cpp LIBS downrange_geo)
