@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "config/calibration.hpp"
+#include "config/nominal.hpp"
 #include "config/schema.hpp"
 #include "text/file.hpp"
 #include "text/parse_toml.hpp"
@@ -141,10 +142,10 @@ void apply(const Override& override, toml::table& root, Problems& problems) {
 }
 
 std::string effective_text(std::string_view text, const std::filesystem::path& file, const toml::table& root,
-                           const Overrides& overrides, bool calibrated) {
-  if (overrides.empty() && !calibrated) return std::string(text);
+                           const Overrides& overrides, bool other_files) {
+  if (overrides.empty() && !other_files) return std::string(text);
   std::ostringstream effective;
-  effective << "# " << file.filename().string() << (calibrated ? " with its calibrations" : " with");
+  effective << "# " << file.filename().string() << (other_files ? " with its calibrations and plans" : " with");
   for (const Override& override : overrides) effective << ' ' << override.key << " = " << override.value << ';';
   effective << '\n' << root << '\n';
   return effective.str();
@@ -212,6 +213,37 @@ bool inline_calibrations(toml::table& root, const std::filesystem::path& base, P
   return inline_calibrations(root, "angle_sensor", base, problems) || of_radars;
 }
 
+/// Puts the rows of nominal trajectories where the file names other files. True when there were any.
+bool inline_nominals(toml::table& root, const std::filesystem::path& base, Problems& problems) {
+  constexpr std::uint64_t max_size = 16'000'000;
+  bool any = false;
+  toml::array* targets = root["target"].as_array();
+  for (std::size_t i = 0; targets != nullptr && i < targets->size(); ++i) {
+    toml::table* target = targets->get(i)->as_table();
+    const std::string file = target == nullptr ? "" : target->at_path("nominal").value_or(std::string());
+    if (file.empty()) continue;
+    NominalFormat format;
+    format.object = target->at_path("nominal_object").value_or(std::string());
+    if (format.object.empty()) format.object = target->at_path("id").value_or(std::string());
+    if (const toml::node* columns = target->get("nominal_columns")) {
+      format.columns = read_texts(*columns).value_or(std::vector<std::string>());
+    }
+    try {
+      const std::string text = text::read_file(base / file, max_size);
+      const auto nominal = read_nominal_csv(text, format, [&](int line, const std::string& message) {
+        problems.add_of_file((base / file).lexically_normal().string(), line, "", message);
+      });
+      if (!nominal) continue;
+      target->insert_or_assign("nominal", rows_of(*nominal));
+      any = true;
+    } catch (const text::FileError& error) {
+      problems.add(target->get("nominal"), "target[" + std::to_string(i) + "].nominal",
+                   "found \"" + file + "\", " + error.what());
+    }
+  }
+  return any;
+}
+
 ServiceConfig load_parts(std::string_view text, const std::filesystem::path& file, const Overrides& overrides,
                          bool files_exist) {
   Problems problems(file, overrides);
@@ -219,6 +251,7 @@ ServiceConfig load_parts(std::string_view text, const std::filesystem::path& fil
   for (const Override& override : overrides) apply(override, root, problems);
   const std::filesystem::path base = std::filesystem::absolute(file).parent_path();
   const bool calibrated = inline_calibrations(root, base, problems);
+  const bool planned = inline_nominals(root, base, problems);
 
   ServiceConfig config;
   const Report report = problems.report();
@@ -239,7 +272,7 @@ ServiceConfig load_parts(std::string_view text, const std::filesystem::path& fil
   config.warnings = std::move(warnings).in_order();
 
   config.file = file;
-  config.text = effective_text(text, file, root, overrides, calibrated);
+  config.text = effective_text(text, file, root, overrides, calibrated || planned);
   config.hash = sha256_hex(config.text);
   return config;
 }

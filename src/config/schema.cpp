@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "config/calibration.hpp"
+#include "config/nominal.hpp"
 #include "config/section.hpp"
 
 namespace downrange::config {
@@ -109,6 +110,27 @@ Key<S> calibration_key(Field<S, BiasCalibration> field, const std::string& metho
           }};
 }
 
+/// Of a target: a file that load has read into rows, or these.
+Key<TargetConfig> nominal_key() {
+  return {{"nominal", "the path of a CSV file, or rows of t, x, y, z, vx, vy, vz in SI units", optional,
+           "planned trajectory by time after lift-off, relative to this file; \"\": none; " + nominal_columns_help()},
+          [](TargetConfig& target, const toml::node& value) {
+            if (value.is_string()) return true;  // "", or a problem that load has reported
+            const toml::array* rows = value.as_array();
+            auto nominal = rows == nullptr ? std::nullopt : nominal_from(*rows);
+            if (nominal) target.nominal = std::move(*nominal);
+            return nominal.has_value();
+          },
+          [](const TargetConfig& target) { return show_text(show_nominal(target.nominal)); }};
+}
+
+/// A key that load reads itself, before the tables are read, to put a file in its place.
+Key<TargetConfig> told_to_load(std::string name, std::string allowed, std::string help) {
+  return {{std::move(name), std::move(allowed), optional, std::move(help)},
+          [](TargetConfig&, const toml::node& value) { return read_text(value) || read_texts(value); },
+          [](const TargetConfig&) { return show_text(""); }};
+}
+
 std::vector<Key<RadarConfig>> bias_keys() {
   std::vector<Key<RadarConfig>> keys{
       bias_blocks_key(), calibration_key(at(&RadarConfig::bias, &BiasConfig::calibration), "joint, schmidt, ts")};
@@ -180,6 +202,11 @@ Section target_section() {
                  [](ServiceConfig& c) -> std::vector<T>& { return c.range.targets; },
                  {
                      id("id", at(&T::id), required, "target_id on the topics"),
+                     nominal_key(),
+                     told_to_load("nominal_object", "text",
+                                  "its rows in that file, where a column object tells several apart; default: the id"),
+                     told_to_load("nominal_columns", "a list of names of columns, \"-\" for what is not read",
+                                  "of that file in their order, where its first line has others or none"),
                  });
 }
 

@@ -8,6 +8,7 @@
 
 #include <downrange/est/method/method.hpp>
 #include <downrange/geo/name.hpp>
+#include <downrange/geo/nominal_trajectory.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/site.hpp>
 #include <downrange/geo/time.hpp>
@@ -151,6 +152,7 @@ struct SlaveConfig {
 
 struct TargetConfig {
   Name id;
+  NominalTrajectory nominal{};  ///< empty: no plan is known
 };
 
 /// Where the vehicle stands until lift-off.
