@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/runge_kutta.hpp"
+
 namespace downrange::sim {
 namespace {
 
@@ -43,23 +45,6 @@ Eigen::Vector3d acceleration_of(const LaunchProfile& profile, const Burn* burn, 
   return a;
 }
 
-score::TrueState runge_kutta_step(const LaunchProfile& profile, const Burn* burn, double t_s, double h,
-                                  const score::TrueState& x) {
-  const auto advanced = [&x](const Eigen::Vector3d& dp, const Eigen::Vector3d& dv, double dt) {
-    return score::TrueState{{x.position.m + dt * dp}, {x.velocity.m_s + dt * dv}};
-  };
-  const Eigen::Vector3d& v1 = x.velocity.m_s;
-  const Eigen::Vector3d a1 = acceleration_of(profile, burn, t_s, x);
-  const score::TrueState x2 = advanced(v1, a1, h / 2);
-  const Eigen::Vector3d a2 = acceleration_of(profile, burn, t_s + h / 2, x2);
-  const score::TrueState x3 = advanced(x2.velocity.m_s, a2, h / 2);
-  const Eigen::Vector3d a3 = acceleration_of(profile, burn, t_s + h / 2, x3);
-  const score::TrueState x4 = advanced(x3.velocity.m_s, a3, h);
-  const Eigen::Vector3d a4 = acceleration_of(profile, burn, t_s + h, x4);
-  return advanced((v1 + 2 * x2.velocity.m_s + 2 * x3.velocity.m_s + x4.velocity.m_s) / 6,
-                  (a1 + 2 * a2 + 2 * a3 + a4) / 6, h);
-}
-
 /// Instants in (0, duration] where the acceleration or its slope jumps, and the end.
 std::vector<double> segment_ends(const LaunchProfile& profile, double duration_s) {
   std::vector<double> ends{duration_s};
@@ -83,8 +68,11 @@ std::vector<score::TruthSample> integrate(const LaunchProfile& profile, Time lif
     const Burn* burn = burn_at(profile, (begin_s + end_s) / 2);
     const int steps = static_cast<int>(std::ceil((end_s - begin_s) / step_s - 1e-9));
     const double h = (end_s - begin_s) / steps;
+    const auto acceleration = [&](double t_s, const score::TrueState& at) {
+      return acceleration_of(profile, burn, t_s, at);
+    };
     for (int i = 0; i < steps; ++i) {
-      x = runge_kutta_step(profile, burn, begin_s + i * h, h, x);
+      x = runge_kutta_step(acceleration, begin_s + i * h, h, x);
       samples.push_back({liftoff + seconds(begin_s + (i + 1) * h), x});
     }
     begin_s = end_s;

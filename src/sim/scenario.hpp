@@ -61,8 +61,10 @@ struct RadarScenario {
   double dropout_probability = 0;
   std::vector<Window> outages;
   double outlier_probability = 0;
-  double outlier_range_m = 0;    ///< an outlier is off by 0.5 to 1.5 times this in range
-  double outlier_angle_rad = 0;  ///< and by 0.5 to 1.5 times this in both angles
+  double outlier_range_m = 0;         ///< an outlier is off by 0.5 to 1.5 times this in range
+  double outlier_angle_rad = 0;       ///< and by 0.5 to 1.5 times this in both angles
+  bool azimuth_sigma_on_sky = false;  ///< sigma.azimuth_rad is on the sky: the axis's own is that over cos(elevation)
+  bool coloured_on_sky = false;       ///< the next likewise
   double coloured_angle_sigma_rad = 0;
   double coloured_angle_tau_s = 10;
   double latency_s = 0;

@@ -33,6 +33,12 @@ std::string stream_name(std::string_view kind, const Name& id) {
   return std::string(kind) + "/" + std::string(id.view());
 }
 
+/// Of the azimuth axis: what is on the sky is that over cos(elevation), to half a degree off the zenith.
+double axis_error(double error_rad, bool on_sky, double elevation_rad) {
+  constexpr double least = 0.0087;
+  return on_sky ? error_rad / std::max(std::cos(elevation_rad), least) : error_rad;
+}
+
 /// Signed size of an outlier: 0.5 to 1.5 times `size`, either way.
 double outlier_size(RandomStream& random, double size) {
   const double magnitude = size * random.uniform(0.5, 1.5);
@@ -153,7 +159,8 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
   for (const double t_s : sample_times(radar.rate_hz, radar.phase_s, radar.track)) {
     // Every plot draws all its numbers, seen or not, so that the next plot's do not depend on it.
     const double range_noise = radar.sigma.range_m * white.normal();
-    const double azimuth_noise = radar.sigma.azimuth_rad * white.normal() + slow_azimuth.next();
+    const double azimuth_white = radar.sigma.azimuth_rad * white.normal();
+    const double azimuth_slow = slow_azimuth.next();
     const double elevation_noise = radar.sigma.elevation_rad * white.normal() + slow_elevation.next();
     const bool dropped = faults.uniform() < radar.dropout_probability;
     const bool outlier = faults.uniform() < radar.outlier_probability;
@@ -178,7 +185,8 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
     plot.received = link.deliver(true_time, delay_s);
     plot.measured = biased(d_enu, run.bias, atmosphere);
     plot.measured.range_m += range_noise;
-    plot.measured.azimuth_rad += azimuth_noise;
+    plot.measured.azimuth_rad += axis_error(azimuth_white, radar.azimuth_sigma_on_sky, q.elevation_rad) +
+                                 axis_error(azimuth_slow, radar.coloured_on_sky, q.elevation_rad);
     plot.measured.elevation_rad += elevation_noise;
     if (outlier) {
       plot.measured.range_m += outlier_error.range_m;
