@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <boost/math/distributions/beta.hpp>
 #include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/model/bias_terms.hpp>
 #include <span>
@@ -29,6 +30,18 @@ bool inside_95(double square, int dof) {
   InsideShare share;
   share.add(square, dof);
   return share.inside == 1;
+}
+
+Band honest_band(double share, double independent) {
+  namespace bm = boost::math;
+  constexpr double tail = 0.025;
+  Band band{.low = 0, .high = 1};
+  if (!(independent >= 1)) return band;
+  const double inside = std::clamp(share, 0.0, 1.0) * independent;
+  const double outside = independent - inside;
+  if (inside > 0) band.low = bm::quantile(bm::beta_distribution<>(inside, outside + 1), tail);
+  if (outside > 0) band.high = bm::quantile(bm::complement(bm::beta_distribution<>(inside + 1, outside), tail));
+  return band;
 }
 
 Eigen::MatrixXd covariance_of(const Trajectory& trajectory) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/filter/gaussian.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/refraction.hpp>
@@ -59,6 +60,14 @@ struct Spread {
 
 /// Whether a normalised square (NIS, NEES) is inside the 95 % region of chi2(dof); NaN is not.
 [[nodiscard]] bool inside_95(double square, int dof);
+
+/// Errors of a flight are alike over so long: a share, or a mean, over T has T / tau independent values.
+inline constexpr double alike_for_s = 60;
+
+/// Where the true share may be, 95 %, behind a share of `independent` values, which need not be a whole number:
+/// Clopper, Pearson 1934 (doi 10.1093/biomet/26.4.404), its counts read as real numbers. 0 to 1 for less than one
+/// value.
+[[nodiscard]] Band honest_band(double share, double independent);
 
 /// Covariance of a trajectory record's state.
 [[nodiscard]] Eigen::MatrixXd covariance_of(const Trajectory& trajectory);

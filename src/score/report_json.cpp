@@ -33,6 +33,9 @@ ordered_json json_of(const SourceScore& source, OutlierOrigin origin) {
       {"outliers_rejected", told ? number(source.outliers_rejected) : ordered_json(nullptr)},
       {"nis_count", source.nis_count},
       {"nis_inside_95", number(source.nis_count > 0, source.nis_inside_95)},
+      {"nis_independent", number(source.nis_count > 0, source.nis_independent)},
+      {"nis_band_low", number(source.nis_count > 0, source.nis_band.low)},
+      {"nis_band_high", number(source.nis_count > 0, source.nis_band.high)},
       {"least_nis_inside_95", number(source.least_nis_inside_95.has_value(), source.least_nis_inside_95.value_or(0))},
       {"mismatch_s", source.mismatch_s}};
 }

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "score/errors.hpp"
 #include "score/summary.hpp"
 
 namespace downrange::score {
@@ -178,20 +179,28 @@ std::string_view outliers_note(OutlierOrigin origin) {
   return "";
 }
 
+/// "72-100"; with a mark where a right model would be elsewhere.
+std::string band_cell(const SourceScore& row) {
+  if (row.nis_count == 0) return "-";
+  const auto whole = [](double share) { return std::to_string(std::lround(100 * share)); };
+  return whole(row.nis_band.low) + '-' + whole(row.nis_band.high) + (row.nis_band.contains(0.95) ? "" : " !");
+}
+
 void source_table(std::ostringstream& out, const Summary& summary) {
   out << "\nMessages of each source in the whole flight, and how they fit what " << summary.method.view()
       << " assumes of it\n\n"
       << left("", label_width) << right("accepted", 10) << right("rejected", 10) << right("of outliers*", 15)
-      << right("NIS in 95 %", 13) << right("worst", 9) << right("mismatch", 11) << '\n';
+      << right("NIS in 95 %", 13) << right("band*", 9) << right("worst", 9) << right("mismatch", 11) << '\n';
   for (const SourceScore& row : summary.sources)
     out << left(row.sensor.view(), label_width) << right(std::to_string(row.accepted()), 10)
         << right(std::to_string(row.rejected()), 10) << right(outliers_cell(summary, row), 15)
-        << (row.nis_count == 0 ? right("-", 13) : percent(row.nis_inside_95, 13, 1))
+        << (row.nis_count == 0 ? right("-", 13) : percent(row.nis_inside_95, 13, 1)) << right(band_cell(row), 9)
         << (row.least_nis_inside_95 ? percent(*row.least_nis_inside_95, 9, 1) : right("-", 9))
         << right(row.mismatch_s == 0 ? "-" : std::to_string(row.mismatch_s) + " s", 11) << '\n'
         << reasons(row);
   out << "* " << outliers_note(summary.outliers) << ";\n"
       << "  NIS in 95 %: share of normalised innovations in their 95 % region, 95 % when the model is right;\n"
+      << "  band: where the true share may be, as errors are alike for " << alike_for_s << " s (!: not at 95 %);\n"
       << "  worst: of a full window of " << MismatchAlarm().window() << "; mismatch: how long the alarm rang, below "
       << number(100 * MismatchAlarm::threshold, 0, 0) << " % in a full\n  window, at less before it was full\n";
 }

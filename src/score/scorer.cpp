@@ -138,7 +138,17 @@ void add_consistency(const std::vector<HealthSample>& health, SourceScore& score
     inside += h->inside_95 * h->window;
     begin = h->judged - std::min(window, h->judged);
   }
-  if (score.nis_count > 0) score.nis_inside_95 = inside / static_cast<double>(score.nis_count);
+  if (score.nis_count == 0) return;
+  score.nis_inside_95 = inside / static_cast<double>(score.nis_count);
+  // Health is told once a second: the seconds in which the method had something of the source.
+  double heard_s = 0;
+  std::uint64_t last = 0;
+  for (const HealthSample& h : health) {
+    if (h.weighed > last) ++heard_s;
+    last = h.weighed;
+  }
+  score.nis_independent = heard_s / alike_for_s;
+  score.nis_band = honest_band(score.nis_inside_95, score.nis_independent);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/stage/result.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <optional>
@@ -85,6 +86,8 @@ struct SourceScore {
   /// them up to a second's messages are left out, and nothing is counted twice.
   std::uint64_t nis_count = 0;
   double nis_inside_95 = 0;                     ///< share of these
+  double nis_independent = 0;                   ///< as many values does the flight's length make of them
+  Band nis_band{.low = 0, .high = 1};           ///< where the true share may be, 95 % (honest_band)
   std::optional<double> least_nis_inside_95{};  ///< of a full window of the mismatch alarm; none: none was filled
   int mismatch_s = 0;                           ///< how long the alarm rang
 

@@ -308,6 +308,34 @@ TEST(SourceScore, TakesDisjointWindowsFromTheEnd) {
   EXPECT_EQ(score.mismatch_s, 2);
 }
 
+// Clopper, Pearson 1934, at whole counts as published; between them in between.
+TEST(HonestBand, IsClopperPearsonsAndWidensForAShortFlight) {
+  const Band ten = honest_band(0.9, 10);
+  EXPECT_NEAR(ten.low, clopper_pearson(9, 10, 0.05).low, 1e-12);
+  EXPECT_NEAR(ten.high, clopper_pearson(9, 10, 0.05).high, 1e-12);
+  EXPECT_LT(honest_band(0.9, 9.5).low, ten.low);
+  EXPECT_GT(honest_band(0.9, 9.5).high, ten.high);
+  EXPECT_EQ(honest_band(1, 8).high, 1);
+  EXPECT_EQ(honest_band(0, 8).low, 0);
+  EXPECT_EQ(honest_band(0.2, 0.9).low, 0) << "less than one value says nothing";
+  EXPECT_EQ(honest_band(0.2, 0.9).high, 1);
+  EXPECT_TRUE(honest_band(0.8, 5).contains(0.95)) << "five minutes do not refute a right model";
+  EXPECT_FALSE(honest_band(0.8, 60).contains(0.95)) << "an hour does";
+}
+
+TEST(SourceScore, AFlightOfTenMinutesHasTenIndependentValues) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  for (int t = 1; t <= 600; ++t)
+    run.emit(make_health(t, static_cast<std::uint64_t>(10 * t), 0, std::min(10 * t, 1000), 0.9));
+  for (int t = 601; t <= 700; ++t) run.emit(make_health(t, 6000, 0, 1000, 0.9));  // silent: nothing more is known
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.nis_independent, 10);
+  EXPECT_NEAR(score.nis_band.low, clopper_pearson(9, 10, 0.05).low, 1e-9);
+  EXPECT_NE(format_text(scorer.summary()).find(" 55-100 "), std::string::npos);
+}
+
 TEST(SourceScore, WithoutAFullWindowThereIsNoWorstAndOfNothingNoShare) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
