@@ -7,6 +7,7 @@ namespace {
 
 constexpr double flight_margin_s = 30;  ///< truth for commands that are applied after the last measurement
 constexpr Duration mission_delay = milliseconds(50);
+constexpr double separation_s = 3;  ///< after a stage's cut-off
 
 struct StagingMark {
   double t_s;
@@ -24,9 +25,12 @@ std::vector<MissionEvent> mission_events(const Scenario& scenario) {
   const Time start = scenario.liftoff + seconds(scenario.start_s);
   add(MissionEventKind::PlannedLiftoff, "planned lift-off", scenario.liftoff, start);
   add(MissionEventKind::Liftoff, "lift-off", scenario.liftoff, scenario.liftoff + mission_delay);
+  if (scenario.profile.hop) return events;  // of one stage
+  const double last_burn_s = scenario.profile.burns.back().to_s;
   for (const StagingMark& mark : staging_marks) {
     const Time epoch = scenario.liftoff + seconds(mark.t_s);
-    if (mark.t_s < scenario.end_s) add(MissionEventKind::Staging, mark.label, epoch, epoch + mission_delay);
+    const bool happens = mark.t_s <= last_burn_s + separation_s;  // not after an early cut-off
+    if (happens && mark.t_s < scenario.end_s) add(MissionEventKind::Staging, mark.label, epoch, epoch + mission_delay);
   }
   return events;
 }

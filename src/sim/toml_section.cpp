@@ -87,6 +87,34 @@ bool TomlSection::flag(std::string_view key, bool fallback) {
   return *node.value<bool>();
 }
 
+std::vector<double> TomlSection::numbers(std::string_view key, Limits limits, std::vector<double> fallback) {
+  if (!optional(key)) return fallback;
+  const std::string expected = "must be a list of numbers, each " + range_text(limits) + ", such as [150.0, 290.0]";
+  const toml::array* list = required(key).as_array();
+  if (list == nullptr || list->empty()) fail(key, expected);
+  std::vector<double> numbers;
+  for (const toml::node& entry : *list) {
+    const double value = number_of(entry);
+    if (!(limits.low <= value && value <= limits.high)) fail(key, expected);
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+std::vector<std::string> TomlSection::texts(std::string_view key) {
+  std::vector<std::string> texts;
+  if (!optional(key)) return texts;
+  const char* const expected = "must be a list of texts in quotes, none empty";
+  const toml::array* list = required(key).as_array();
+  if (list == nullptr) fail(key, expected);
+  for (const toml::node& entry : *list) {
+    const auto text = entry.value<std::string>();
+    if (!entry.is_string() || !text || text->empty()) fail(key, expected);
+    texts.push_back(*text);
+  }
+  return texts;
+}
+
 std::int64_t TomlSection::instant_ns(std::string_view key) {
   const toml::date_time* value = nullptr;
   if (const auto* node = required(key).as_date_time()) value = &node->get();

@@ -32,6 +32,10 @@ class TomlSection {
   [[nodiscard]] double number(std::string_view key, Limits limits, double fallback);
   [[nodiscard]] std::string text(std::string_view key);
   [[nodiscard]] bool flag(std::string_view key, bool fallback);
+  /// A list of numbers, not empty; `fallback` when the key is absent.
+  [[nodiscard]] std::vector<double> numbers(std::string_view key, Limits limits, std::vector<double> fallback);
+  /// A list of texts; empty when the key is absent.
+  [[nodiscard]] std::vector<std::string> texts(std::string_view key);
   /// With its UTC offset; nanoseconds since 1970.
   [[nodiscard]] std::int64_t instant_ns(std::string_view key);
   /// [[from, to], ...]; empty when the key is absent.
@@ -44,6 +48,10 @@ class TomlSection {
   void reject_unknown() const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
+
+  /// Of the table's head.
+  [[nodiscard]] int line() const { return static_cast<int>(table_->source().begin.line); }
+  [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
   const toml::node& required(std::string_view key);
