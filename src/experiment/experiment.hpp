@@ -58,6 +58,18 @@ struct Plot {
   std::string row{};  ///< neighbours of the same one stand side by side, with the same axes; empty: alone
 };
 
+/// A cell of a table: a number where it is one, shown as `text`.
+struct Cell {
+  std::string text;
+  double number = std::numeric_limits<double>::quiet_NaN();
+};
+
+struct Table {
+  std::string caption;
+  std::vector<std::string> columns;
+  std::vector<std::vector<Cell>> rows;  ///< each as wide as `columns`; the first cell names it
+};
+
 struct ExperimentResult {
   std::string name;
   std::string title;  ///< with the paper
@@ -65,6 +77,7 @@ struct ExperimentResult {
   std::uint64_t seed = 0;
   std::vector<std::pair<std::string, std::string>> settings;  ///< what a reader needs to repeat it
   std::vector<Figure> figures;
+  std::vector<Table> tables;
   std::vector<Plot> plots;
   std::vector<std::string> notes;
 };

@@ -33,6 +33,7 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; white-space: 
 th.number { text-align: right; }
 td.reach { white-space: nowrap; }
 .pass { color: var(--pass); } .short { color: var(--short); font-weight: 700; }
+div.wide { overflow-x: auto; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem 1.2rem; font-size: .92rem; }
 dt { font-weight: 600; } dd { margin: 0; }
 @media (max-width: 40rem) { dl { display: block; } dd { margin: 0 0 .4rem; } }
@@ -54,10 +55,25 @@ void write_figures(std::ostream& out, const ExperimentResult& result) {
   out << "</tbody></table>\n";
 }
 
+void write_table(std::ostream& out, const Table& table) {
+  out << "<div class=\"wide\"><table><caption>" << escaped(table.caption) << "</caption>\n<thead><tr>";
+  for (std::size_t i = 0; i < table.columns.size(); ++i)
+    out << "<th scope=\"col\"" << (i > 0 ? " class=\"number\">" : ">") << escaped(table.columns[i]) << "</th>";
+  out << "</tr></thead>\n<tbody>\n";
+  for (const std::vector<Cell>& row : table.rows) {
+    out << "<tr>";
+    for (std::size_t i = 0; i < row.size(); ++i)
+      out << (i > 0 ? "<td class=\"number\">" : "<td>") << escaped(row[i].text) << "</td>";
+    out << "</tr>\n";
+  }
+  out << "</tbody></table></div>\n";
+}
+
 void write_section(std::ostream& out, const ExperimentResult& result) {
   out << "<section id=\"" << escaped(result.name) << "\">\n<h2>" << escaped(result.name) << ": "
       << escaped(result.title) << "</h2>\n<p>" << runs_text(result) << ".</p>\n";
   write_figures(out, result);
+  for (const Table& table : result.tables) write_table(out, table);
   if (!result.plots.empty())
     out << "<p>Curves are drawn in the legend's order: one that is not seen is covered by a later one.</p>\n";
   for (auto first = result.plots.begin(); first != result.plots.end();) {

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "experiment/report.hpp"
@@ -15,6 +16,17 @@ json of(const Figure& figure) {
   return j;
 }
 
+json of(const Table& table) {
+  json rows = json::array();
+  for (const std::vector<Cell>& cells : table.rows) {
+    json row = json::object();
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      row[table.columns[i]] = std::isfinite(cells[i].number) ? json(cells[i].number) : json(cells[i].text);
+    rows.push_back(std::move(row));
+  }
+  return {{"caption", table.caption}, {"columns", table.columns}, {"rows", std::move(rows)}};
+}
+
 json of(const Plot& plot) {
   json curves = json::array();
   for (const Curve& curve : plot.curves)
@@ -29,6 +41,8 @@ json of(const ExperimentResult& result) {
   for (const auto& [key, value] : result.settings) settings[key] = value;
   json figures = json::array();
   for (const Figure& figure : result.figures) figures.push_back(of(figure));
+  json tables = json::array();
+  for (const Table& table : result.tables) tables.push_back(of(table));
   json plots = json::array();
   for (const Plot& plot : result.plots) plots.push_back(of(plot));
   json j{{"name", result.name},
@@ -36,6 +50,7 @@ json of(const ExperimentResult& result) {
          {"all_reached", all_reached(result)},
          {"settings", std::move(settings)},
          {"figures", std::move(figures)},
+         {"tables", std::move(tables)},
          {"plots", std::move(plots)},
          {"notes", result.notes}};
   if (result.runs > 0) {

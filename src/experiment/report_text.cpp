@@ -43,6 +43,22 @@ void write_row(std::ostream& out, const std::string& what, const std::string& re
   out << left(lines.back(), what_width) << rest << '\n';
 }
 
+/// Each column as wide as its widest cell, the first one to the left.
+void write_table(std::ostream& out, const Table& table) {
+  std::vector<std::size_t> width;
+  for (const std::string& column : table.columns) width.push_back(column.size());
+  for (const std::vector<Cell>& row : table.rows)
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].text.size());
+  const auto write_line = [&](const auto& text_of) {
+    std::string line = left(text_of(0), width[0]);
+    for (std::size_t i = 1; i < width.size(); ++i) line += "  " + right(text_of(i), width[i]);
+    out << line << '\n';
+  };
+  out << '\n' << table.caption << "\n\n";
+  write_line([&](std::size_t i) { return table.columns[i]; });
+  for (const std::vector<Cell>& row : table.rows) write_line([&](std::size_t i) { return row[i].text; });
+}
+
 void write_paragraph(std::ostream& out, const std::string& head, const std::string& text) {
   const std::vector<std::string> lines = wrapped(text, columns - head.size());
   out << head << lines.front() << '\n';
@@ -67,6 +83,7 @@ std::string format_text(const ExperimentResult& result) {
                                      [&](const Figure& figure) { return judged(figure) && figure.reached; });
   out << '\n' << reached << " of " << of << " figures reached.\n";
 
+  for (const Table& table : result.tables) write_table(out, table);
   if (!result.settings.empty()) out << '\n';
   std::size_t widest = 0;
   for (const auto& [key, value] : result.settings) widest = std::max(widest, key.size());

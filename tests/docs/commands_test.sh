@@ -84,6 +84,14 @@ run "downrange replay flight.mcap --config my-range.toml --clock range --dds"
 stops
 run "downrange diff flown.mcap live.mcap"
 
+# ---- tools/scenarios/faults/README.md
+cp "$source/tools/scenarios/launch.toml" "$source/tools/scenarios/faults/catalogue.toml" "$work/scratch"
+run "downrange experiment faults --list"
+by scenario_faults_test "downrange experiment faults --only gps-step-200,side-lobe --runs 1"
+by scenario_faults_test "downrange experiment faults --html faults.html --json faults.json"
+run "downrange simulate my-range.toml --scenario launch.toml --faults catalogue.toml --fault gps-step-200 --archive faulty.mcap"
+run "downrange replay flight.mcap --config my-range.toml --faults catalogue.toml --fault spent-stage-20 --fault-begin 10"
+
 # ---- deploy/README.md: installed into a folder instead of the machine
 root=$work/root
 sudo() { # what follows sudo, on that folder

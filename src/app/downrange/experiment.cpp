@@ -8,8 +8,11 @@
 #include <thread>
 
 #include "command.hpp"
+#include "config/load.hpp"
+#include "experiment/faults.hpp"
 #include "experiment/flights.hpp"
 #include "experiment/report.hpp"
+#include "fault_options.hpp"
 #include "progress.hpp"
 #include "recorded_flights.hpp"
 
@@ -18,6 +21,7 @@ namespace {
 
 constexpr std::string_view all = "all";
 constexpr std::string_view flights = "flights";
+constexpr std::string_view faults = "faults";
 
 struct Options {
   std::string name;
@@ -27,6 +31,8 @@ struct Options {
   std::optional<std::uint64_t> seed;
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   std::vector<std::string> methods;
+  std::string faults;
+  std::vector<std::string> only;
   std::string json;
   std::string html;
   OutputFiles files;
@@ -45,14 +51,53 @@ std::vector<experiment::Experiment> all_experiments(const std::filesystem::path&
   return experiments;
 }
 
+/// The catalogue asked for, with the range and the scenario that it names.
+experiment::faults::Plan load_plan(const Options& o) {
+  experiment::faults::Plan plan;
+  plan.catalogue = sim::load_faults(o.faults.empty() ? default_faults() : o.faults);
+  plan.only = o.only;
+  const std::string file = plan.catalogue.file.string();
+  if (plan.catalogue.range.empty() || plan.catalogue.scenario.empty())
+    throw std::runtime_error(file + ": names no range and scenario to fly (keys range, scenario)");
+  plan.range = config::load(plan.catalogue.range).range;
+  plan.scenario = sim::load_scenario(plan.catalogue.scenario, plan.range);
+  return plan;
+}
+
+experiment::Experiment faults_experiment(const Options& o) {
+  const auto fly = [o](const experiment::ExperimentOptions& options) {
+    return experiment::run_faults(options, load_plan(o));
+  };
+  return {faults,
+          "faults of sources and vehicle (--faults): error, accusation, recovery, bound",
+          experiment::fault_seeds,
+          {"joint"},
+          fly};
+}
+
 std::vector<std::string> names() {
   std::vector<std::string> names;
   for (const experiment::Experiment& e : all_experiments({})) names.emplace_back(e.name);
+  names.emplace_back(faults);
   return names;
 }
 
-int list() {
-  for (const experiment::Experiment& e : all_experiments({})) {
+int list_faults(const Options& o) {
+  const experiment::faults::Plan plan = load_plan(o);
+  const sim::Fault* last = nullptr;
+  for (const experiment::faults::Row& row : experiment::faults::rows_of(plan)) {
+    if (row.fault != last) std::cout << row.fault->name << ": " << row.fault->what << '\n';
+    std::cout << "    " << row.name << '\n';
+    last = row.fault;
+  }
+  return exit_ok;
+}
+
+int list(const Options& o) {
+  if (o.name == faults) return list_faults(o);
+  std::vector<experiment::Experiment> listed = all_experiments({});
+  listed.push_back(faults_experiment(o));
+  for (const experiment::Experiment& e : listed) {
     std::cout << e.name << ": " << e.help << "\n    ";
     if (e.runs > 0) std::cout << e.runs << " runs; ";
     std::cout << "methods";
@@ -84,6 +129,8 @@ void check_options(const Options& o) {
   if (o.name == flights && (o.runs > 0 || o.seed))
     throw CLI::ValidationError(o.runs > 0 ? "--runs" : "--seed",
                                "recorded flights are flown as they were: nothing is drawn");
+  if (o.name != faults && (!o.faults.empty() || !o.only.empty()))
+    throw CLI::ValidationError(o.faults.empty() ? "--only" : "--faults", "only experiment faults plays a catalogue");
   if (o.name != flights && o.name != all && !o.data.empty())
     throw CLI::ValidationError("--data", "only experiment flights reads recorded flights");
 }
@@ -100,6 +147,11 @@ bool has_flights(const Options& o, const std::filesystem::path& folder) {
 
 std::vector<experiment::Experiment> chosen_experiments(const Options& o, const std::filesystem::path& folder) {
   std::vector<experiment::Experiment> chosen;
+  if (o.name == faults) {
+    (void)experiment::faults::rows_of(load_plan(o));
+    check_methods(faults_experiment(o), o.methods);
+    return {faults_experiment(o)};
+  }
   for (const experiment::Experiment& e : all_experiments(folder)) {
     if (o.name != all && o.name != e.name) continue;
     check_methods(e, o.methods);
@@ -150,8 +202,10 @@ void add_experiment(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("experiment", "Repeat a paper's experiment, against the figures to reach");
   std::vector<std::string> allowed = names();
   allowed.emplace_back(all);
-  command->add_option("NAME", o->name, "Which one, or all of them")->check(CLI::IsMember(allowed));
-  command->add_flag("--list", o->list, "Tell which experiments there are and what they compare");
+  command->add_option("NAME", o->name, "Which one, or all of them (but faults, which takes hours)")
+      ->check(CLI::IsMember(allowed));
+  command->add_flag("--list", o->list,
+                    "Tell which experiments there are and what they compare; of faults, what the catalogue has");
   command->add_option(
       "--data", o->data,
       "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout, which "
@@ -163,6 +217,13 @@ void add_experiment(CLI::App& app, Run& run) {
       ->check(CLI::Range(1, 1024));
   command->add_option("--methods", o->methods, "Only these, comma-separated (default: all that --list tells)")
       ->delimiter(',');
+  command->add_option(
+      "--faults", o->faults,
+      "Catalogue for experiment faults (default: tools/scenarios/faults/catalogue.toml of the checkout)");
+  command
+      ->add_option("--only", o->only,
+                   "Of experiment faults only these, comma-separated: names as faults --list tells, or gps-*")
+      ->delimiter(',');
   command->add_option("--json", o->json, "Write figures and curves to this file as well");
   command->add_option("--html", o->html, "Write a page with the table and the plots to this file as well");
   o->files.add_to(*command);
@@ -172,7 +233,7 @@ void add_experiment(CLI::App& app, Run& run) {
       "on any number of threads. Fewer runs than stated give figures that scatter more than their limits allow for.");
   command->callback([o, &run] {
     run = [o] {
-      if (o->list) return list();
+      if (o->list) return list(*o);
       if (o->name.empty()) throw CLI::RequiredError("NAME (or --list)");
       return run_experiments(*o);
     };

@@ -18,6 +18,17 @@ void replay_in_process(archive::EventSource& source, const RangeConfig& range, c
   if (const auto tick = source.last_tick()) engine.advance_to(*tick);
 }
 
+void replay_in_process(std::span<const Event> events, std::optional<Time> last_tick, const RangeConfig& range,
+                       const StageSet& stages, ResultSink& sink, const std::function<void(const Event&)>& before) {
+  Engine engine(range, stages, sink);
+  for (const Event& event : events) {
+    const Event admitted = engine.admit(event);
+    before(admitted);
+    engine.handle(admitted);
+  }
+  if (last_tick) engine.advance_to(*last_tick);
+}
+
 void drive_over_dds(const config::ServiceConfig& config, const Name& driver, const DriveOptions& options,
                     const std::function<std::optional<Event>()>& next, const std::function<void(Time)>& progress,
                     std::optional<Time> last_tick) {

@@ -38,6 +38,10 @@ class FanOut final : public ResultSink {
 void replay_in_process(archive::EventSource& source, const RangeConfig& range, const StageSet& stages, ResultSink& sink,
                        const std::function<void(const Event&)>& before);
 
+/// The same of events that are at hand, in order of `received`.
+void replay_in_process(std::span<const Event> events, std::optional<Time> last_tick, const RangeConfig& range,
+                       const StageSet& stages, ResultSink& sink, const std::function<void(const Event&)>& before);
+
 /// Drives a flight over DDS on the range clock: one step per distinct `received`, at `rate` (0: full speed).
 /// `next` yields events in order of `received`; `progress` is told the time of each step.
 struct DriveOptions {

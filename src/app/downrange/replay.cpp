@@ -6,6 +6,7 @@
 #include <iostream>
 #include <numeric>
 
+#include "fault_options.hpp"
 #include "flight.hpp"
 #include "pace.hpp"
 #include "progress.hpp"
@@ -22,6 +23,8 @@ struct Options {
   bool sort = false;
   bool over_dds = false;
   std::string nodes;
+  FaultOptions fault;
+  std::uint64_t seed = 1;
   OutputFiles files;
 };
 
@@ -90,6 +93,18 @@ int judge_verdicts(const Counter& counter, const Options& o) {
   return exit_failed;
 }
 
+/// The archive's events with the fault in them. Reads all of it.
+std::vector<Event> with_fault(const Options& o, const config::ServiceConfig& config, archive::EventSource& source) {
+  const ChosenFault fault(o.fault);
+  if (fault.fault().actions.empty())
+    throw std::runtime_error(fault.fault().name +
+                             ": is a flight of its own, which no recorded flight can become: use simulate");
+  std::vector<Event> events;
+  while (auto event = source.next()) events.push_back(std::move(*event));
+  const Time liftoff = liftoff_told(events, o.archive);
+  return fault.play(std::move(events), config.range, liftoff, o.seed);
+}
+
 int replay_here(const Options& o, const config::ServiceConfig& config) {
   archive::require_events(o.archive);
   archive::EventSource source(o.archive, {.sort = o.sort, .slack = config.range.tick});
@@ -114,14 +129,20 @@ int replay_here(const Options& o, const config::ServiceConfig& config) {
   Time last{};
   std::uint64_t events = 0;
   const auto started = std::chrono::steady_clock::now();
-  replay_in_process(source, config.range, config.node.stages, sink, [&](const Event& event) {
+  const auto before = [&](const Event& event) {
     last = received_of(event);
     if (!first) first = last;
     pace.wait_until(last);
     if (writer != nullptr) writer->write(event);
     if (const auto* observation = std::get_if<Observation>(&event)) counter.count_verdict(*observation);
     if (++events % 256 == 0) progress.show(source.progress());
-  });
+  };
+  if (o.fault.given()) {
+    const std::vector<Event> arrivals = with_fault(o, config, source);
+    replay_in_process(arrivals, source.last_tick(), config.range, config.node.stages, sink, before);
+  } else {
+    replay_in_process(source, config.range, config.node.stages, sink, before);
+  }
   if (writer != nullptr && source.last_tick()) writer->write_last_tick(*source.last_tick());
   const int code = out ? close_archive(*out, o.out) : exit_ok;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -151,14 +172,26 @@ int replay_over_dds(const Options& o, const config::ServiceConfig& config) {
     nodes = config.dds.ingest_nodes;
     nodes.push_back(config.node.id);
   }
+  Progress progress("flying");
+  const DriveOptions drive{.nodes = nodes, .rate = parse_rate(o.rate)};
+  if (o.fault.given()) {
+    const std::vector<Event> arrivals = with_fault(o, config, source);
+    std::size_t i = 0;
+    drive_over_dds(
+        config, "downrange-replay", drive,
+        [&]() -> std::optional<Event> { return i < arrivals.size() ? std::optional(arrivals[i++]) : std::nullopt; },
+        [&](Time) { progress.show(static_cast<double>(i) / static_cast<double>(arrivals.size())); },
+        source.last_tick());
+    progress.done();
+    return judge_end(source, o.archive);
+  }
   // The last tick stands at the archive's end: a first pass finds it, and that every record can be read.
   while (source.next()) {
   }
   archive::EventSource again(o.archive, order);
-  Progress progress("flying");
   drive_over_dds(
-      config, "downrange-replay", {.nodes = nodes, .rate = parse_rate(o.rate)}, [&] { return again.next(); },
-      [&](Time) { progress.show(again.progress()); }, source.last_tick());
+      config, "downrange-replay", drive, [&] { return again.next(); }, [&](Time) { progress.show(again.progress()); },
+      source.last_tick());
   progress.done();
   return judge_end(again, o.archive);
 }
@@ -179,6 +212,8 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_flag("--dds", o->over_dds, "Publish the recorded messages to running nodes, on the range clock");
   command->add_option("--nodes", o->nodes,
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
+  o->fault.add_to(*command);
+  command->add_option("--seed", o->seed, "Draw what the fault draws from this seed")->capture_default_str();
   o->files.add_to(*command);
   o->dds.add_to(*command);
   command->footer(
@@ -188,7 +223,7 @@ void add_replay(CLI::App& app, Run& run) {
       "Exit code 3: the archive is cut off, and replayed up to its last complete record.");
   command->callback([o, &run] {
     run = [o] {
-      o->files.check({o->out}, {o->archive, o->dds.config});
+      o->files.check({o->out}, {o->archive, o->dds.config, o->fault.file});
       const auto config = configuration(*o);
       const std::string not_written = o->out.empty() ? "" : "; " + o->out + " is not written";
       try {

@@ -2,6 +2,7 @@
 #include <iostream>
 
 #include "command.hpp"
+#include "fault_options.hpp"
 #include "flight.hpp"
 #include "progress.hpp"
 #include "sim/simulation.hpp"
@@ -18,6 +19,7 @@ struct Options {
   std::string rate = "1";
   std::string archive;
   std::string truth;
+  FaultOptions fault;
   OutputFiles files;
 };
 
@@ -39,30 +41,36 @@ int write_truth(const sim::Simulation& flight, const sim::Scenario& scenario, co
   return close_archive(archive, path);
 }
 
-int write_archive(const sim::Simulation& flight, const config::ServiceConfig& config, const std::string& path,
+int write_archive(const std::vector<Event>& events, const config::ServiceConfig& config, const std::string& path,
                   bool overwrite) {
   archive::NewArchive archive(path, {.overwrite = overwrite});
   archive.writer().attach("config.toml", "application/toml", config.text);
-  for (const Event& event : flight.events()) archive.writer().write(event);
+  for (const Event& event : events) archive.writer().write(event);
   return close_archive(archive, path);
 }
 
 int simulate(const Options& o) {
   const double rate = parse_rate(o.rate);
-  o.files.check({o.archive, o.truth}, {o.dds.config, o.scenario});
+  o.files.check({o.archive, o.truth}, {o.dds.config, o.scenario, o.fault.file});
   const config::ServiceConfig config = o.dds.load();
-  const sim::Scenario scenario = sim::load_scenario(o.scenario, config.range);
+  sim::Scenario scenario = sim::load_scenario(o.scenario, config.range);
+  std::optional<ChosenFault> fault;
+  if (o.fault.given()) fault.emplace(o.fault);
+  if (fault && fault->flight() != nullptr) scenario = sim::flown_as(scenario, *fault->flight(), config.range);
   if (scenario.simulated != config.range.ingest.expect_simulated)
     std::cerr << "note: the scenario's messages are " << (scenario.simulated ? "" : "not ")
               << "marked as simulated, and ingest.expect_simulated is the opposite: every one will be rejected\n";
-  const sim::Simulation flight(scenario, o.seed.value_or(scenario.seed));
-  std::cerr << "scenario " << scenario.name.view() << ": " << flight.events().size() << " messages of "
-            << scenario.radars.size() << " radars, " << scenario.angle_sensors.size() << " angle sensors and "
-            << scenario.stations.size() << " telemetry stations\n";
+  const std::uint64_t seed = o.seed.value_or(scenario.seed);
+  const sim::Simulation flight(scenario, seed);
+  std::vector<Event> events = flight.events();
+  if (fault) events = fault->play(std::move(events), config.range, scenario.liftoff, seed);
+  std::cerr << "scenario " << scenario.name.view() << ": " << events.size() << " messages of " << scenario.radars.size()
+            << " radars, " << scenario.angle_sensors.size() << " angle sensors and " << scenario.stations.size()
+            << " telemetry stations\n";
 
   if (!o.truth.empty() && write_truth(flight, scenario, o.truth, o.files.overwrite(o.truth)) != exit_ok)
     return exit_failed;
-  if (!o.archive.empty() && write_archive(flight, config, o.archive, o.files.overwrite(o.archive)) != exit_ok)
+  if (!o.archive.empty() && write_archive(events, config, o.archive, o.files.overwrite(o.archive)) != exit_ok)
     return exit_failed;
   if (!o.over_dds) return exit_ok;
 
@@ -71,7 +79,6 @@ int simulate(const Options& o) {
     nodes = config.dds.ingest_nodes;
     nodes.push_back(config.node.id);
   }
-  const auto& events = flight.events();
   std::size_t i = 0;
   Progress progress("flying");
   drive_over_dds(
@@ -97,6 +104,7 @@ void add_simulate(CLI::App& app, Run& run) {
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
   command->add_option("--archive", o->archive, "Write the messages to this archive (.mcap)");
   command->add_option("--truth", o->truth, "Write the true trajectory to this archive (.mcap), for report");
+  o->fault.add_to(*command);
   o->files.add_to(*command);
   o->dds.add_to(*command);
   command->callback([o, &run] {
