@@ -67,14 +67,28 @@ void check_calibration(const BiasCalibration& calibration, const BiasModel& mode
                   "found a calibration of " + std::string(to_string(term)) + ", allowed: " + allowed);
 }
 
+/// The noise of what a radar measures.
+void check_noise(const RadarConfig& radar, std::size_t i, const Checker& check) {
+  const auto needs = [&](const char* key, bool measured, const char* part) {
+    const std::string path = entry("radar", i, key);
+    check.require(
+        !measured || check.given(path), path,
+        "missing, required: the noise of what the radar measures (measures has \"" + std::string(part) + "\")");
+  };
+  needs("sigma_range_m", radar.measures.range, "range");
+  needs("sigma_azimuth_deg", radar.measures.angles, "angles");
+  needs("sigma_elevation_deg", radar.measures.angles, "angles");
+}
+
 void check_instruments(const RangeConfig& range, const Checker& check) {
   for (std::size_t i = 0; i < range.radars.size(); ++i) {
     const RadarConfig& r = range.radars[i];
+    check_noise(r, i, check);
     ordered(check, r.range_min_m, r.range_max_m, entry("radar", i, "range_max_m"), "range_min_m");
     ordered(check, r.elevation_min_rad, r.elevation_max_rad, entry("radar", i, "elevation_max_deg"),
             "elevation_min_deg");
-    check_calibration(r.bias.calibration, bias_model(r.bias.blocks), entry("radar", i, "calibration"),
-                      "terms of the blocks in bias_blocks", check);
+    check_calibration(r.bias.calibration, bias_model_of(r), entry("radar", i, "calibration"),
+                      "terms of the blocks in bias_blocks that belong to what it measures", check);
   }
   for (std::size_t i = 0; i < range.angle_sensors.size(); ++i) {
     const AngleSensorConfig& s = range.angle_sensors[i];
@@ -131,6 +145,25 @@ void check_capabilities(const RangeConfig& range, const std::string& method, con
                     "\" does not support, allowed: one of " + show_texts(allowed));
 }
 
+/// Sources whose plots lack range or angles are of use to some methods only.
+void check_partial_plots(const RangeConfig& range, const std::vector<std::string>& known, const Checker& check) {
+  const auto uses = [](const std::string& name) { return capabilities_of(name).partial_plots; };
+  const bool used = std::ranges::any_of(range.fuse.methods, [&](const Name& method) {
+    const std::string name(method.view());
+    return std::ranges::find(known, name) == known.end() || uses(name);
+  });
+  std::vector<std::string> users;
+  std::ranges::copy_if(known, std::back_inserter(users), uses);
+  const auto require_user = [&](bool there, const char* what) {
+    check.require(
+        !there || used, "fuse.methods",
+        std::string("found no method that uses ") + what + ", allowed: beside others one of " + show_texts(users));
+  };
+  require_user(!range.angle_sensors.empty(), "[[angle_sensor]]");
+  require_user(std::ranges::any_of(range.radars, [](const RadarConfig& r) { return r.measures != MeasuredParts{}; }),
+               "a [[radar]] without range or angles");
+}
+
 void check_methods(const RangeConfig& range, const Checker& check) {
   const FuseConfig& fuse = range.fuse;
   const std::vector<std::string> known(method_names().begin(), method_names().end());
@@ -145,15 +178,7 @@ void check_methods(const RangeConfig& range, const Checker& check) {
                   "found \"" + name + "\" twice, allowed: each method once");
     if (is_known) check_capabilities(range, name, capabilities_of(name), check);
   }
-  const auto uses_angles = [](const std::string& name) { return capabilities_of(name).angles_only; };
-  const bool angles_used = std::ranges::any_of(fuse.methods, [&](const Name& method) {
-    const std::string name(method.view());
-    return std::ranges::find(known, name) == known.end() || uses_angles(name);
-  });
-  std::vector<std::string> users;
-  std::ranges::copy_if(known, std::back_inserter(users), uses_angles);
-  check.require(range.angle_sensors.empty() || angles_used, "fuse.methods",
-                "found no method that uses [[angle_sensor]], allowed: beside others one of " + show_texts(users));
+  check_partial_plots(range, known, check);
 }
 
 void check_node(const ServiceConfig& config, const Checker& check) {

@@ -69,6 +69,29 @@ Key<RadarConfig> bias_blocks_key() {
           }};
 }
 
+/// What a radar measures, as a list.
+Key<RadarConfig> measures_key() {
+  return {{"measures", R"(a list out of "range", "angles", each once, one or more)", optional,
+           "what is used of its plots; without range it is a tracker, without angles it needs other sources to start "
+           "(joint, schmidt, ts; other methods pass over plots that lack a part)"},
+          [](RadarConfig& radar, const toml::node& value) {
+            const auto texts = read_texts(value);
+            if (!texts || texts->empty()) return false;
+            const auto count = [&](const std::string& part) { return std::ranges::count(*texts, part); };
+            const auto range = count("range");
+            const auto angles = count("angles");
+            if (range > 1 || angles > 1 || range + angles != std::ssize(*texts)) return false;
+            radar.measures = {.range = range > 0, .angles = angles > 0};
+            return true;
+          },
+          [](const RadarConfig& radar) {
+            std::vector<std::string> texts;
+            if (radar.measures.range) texts.emplace_back("range");
+            if (radar.measures.angles) texts.emplace_back("angles");
+            return show_texts(texts);
+          }};
+}
+
 /// Priors or drifts of a radar's bias: `suffix` is what a drift's unit adds.
 void add_bias_sizes(std::vector<Key<RadarConfig>>& keys, const std::string& head, BiasSizes BiasConfig::*sizes,
                     const std::string& suffix, double least, const std::string& help) {
@@ -213,12 +236,13 @@ Section target_section() {
 Section radar_section() {
   using R = RadarConfig;
   std::vector<Key<R>> keys{
-      number("sigma_range_m", at(&R::sigma, &PolarSigma::range_m), {1e-3, 1e5}, required,
-             "instrument noise in range, 1-sigma"),
-      number("sigma_azimuth_deg", at(&R::sigma, &PolarSigma::azimuth_rad), {1e-6, 20}, required,
-             "instrument noise in azimuth, 1-sigma"),
-      number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, required,
-             "instrument noise in elevation, 1-sigma"),
+      measures_key(),
+      number("sigma_range_m", at(&R::sigma, &PolarSigma::range_m), {1e-3, 1e5}, optional,
+             "instrument noise in range, 1-sigma; required where range is measured"),
+      number("sigma_azimuth_deg", at(&R::sigma, &PolarSigma::azimuth_rad), {1e-6, 20}, optional,
+             "instrument noise in azimuth, 1-sigma; required where angles are measured"),
+      number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, optional,
+             "instrument noise in elevation, 1-sigma; likewise"),
       number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
       number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
   };
@@ -242,9 +266,10 @@ Section angle_sensor_section() {
                         "offsets of azimuth and elevation: 1-sigma before any data"));
   keys.push_back(number("bias_drift_angle_deg_sqrt_s", at(&A::bias_drift_rad_sqrt_s), {0, 20}, optional,
                         "offsets of azimuth and elevation: random walk"));
-  keys.push_back(calibration_key(at(&A::calibration), "joint, ts"));
+  keys.push_back(calibration_key(at(&A::calibration), "joint, schmidt, ts"));
   return many<A>(
-      "angle_sensor", 0, "A telemetry antenna or optical tracker that reports the direction it tracks (joint, ts).",
+      "angle_sensor", 0,
+      "A telemetry antenna or optical tracker that reports the direction it tracks (joint, schmidt, ts).",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.angle_sensors; },
       with_site<A>({id("id", at(&A::id), required, "sensor_id on the topics")}, std::move(keys)));
 }

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <downrange/est/method/method_table.hpp>
+#include <downrange/stage/source_table.hpp>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -175,18 +177,33 @@ void warn_of_bias_sizes(const RadarConfig& radar, std::size_t index, const Idle&
       Size{"sez_scale", "", BiasTerm::ScaleSouth, "sez_scale"},
       Size{"time_tag", "_ms", BiasTerm::TimeTag, "time"},
   };
-  const std::vector<BiasTerm> modelled = bias_model(radar.bias.blocks).terms;
+  const std::vector<BiasTerm> of_blocks = bias_model(radar.bias.blocks).terms;
+  const std::vector<BiasTerm> modelled = bias_model_of(radar).terms;
   for (const Size& size : sizes) {
     const std::string prior = entry("radar", index, "bias_prior_" + size.key + size.unit);
     const std::string drift = entry("radar", index, "bias_drift_" + size.key + size.unit + "_sqrt_s");
     if (std::ranges::find(modelled, size.first) == modelled.end()) {
-      const std::string because = std::string("bias_blocks is without \"") + size.block + '"';
+      const bool in_blocks = std::ranges::find(of_blocks, size.first) != of_blocks.end();
+      const std::string because =
+          in_blocks ? "the radar does not measure that" : std::string("bias_blocks is without \"") + size.block + '"';
       idle.add(prior, because);
       idle.add(drift, because);
     } else if (std::ranges::find(radar.bias.calibration.terms, size.first) != radar.bias.calibration.terms.end()) {
       idle.add(prior, "the calibration says what it was");
     }
   }
+}
+
+/// Methods beside others that see nothing of some sources.
+void warn_of_passing_over(const RangeConfig& range, const Checker& warn) {
+  std::string sources;
+  for (const Source& source : SourceTable(range))
+    if (source.kind != SourceKind::Telemetry && !measures_position(source))
+      sources += (sources.empty() ? "" : ", ") + std::string(source.name.view());
+  for (const Name& method : range.fuse.methods)
+    warn.require(sources.empty() || capabilities_of(method.view()).partial_plots, "fuse.methods",
+                 "\"" + std::string(method.view()) + "\" passes over the plots of " + sources +
+                     ", for they lack range or angles");
 }
 
 void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
@@ -235,6 +252,7 @@ void warn_about(const ServiceConfig& config, const toml::table& root, const Repo
   for (std::size_t i = 0; i < config.range.angle_sensors.size(); ++i)
     if (!config.range.angle_sensors[i].calibration.terms.empty())
       idle.add(entry("angle_sensor", i, "bias_prior_angle_deg"), "the calibration says what it was");
+  warn_of_passing_over(config.range, warn);
   warn_of_idle_keys(config.range, idle);
   warn_of_times(config.range, warn);
 }

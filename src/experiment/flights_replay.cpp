@@ -162,7 +162,7 @@ std::set<score::MessageId> outliers_of(const RecordedFlight& flight) {
   score::OutlierFinder finder(flight.range, [&truth](Time t) { return truth.at(t); });
   for (const Event& event : flight.events)
     if (const auto* plot = std::get_if<RadarTspi>(&event))
-      finder.add(plot->sensor, plot->sequence, plot->epoch, plot->measured);
+      finder.add(plot->sensor, plot->sequence, plot->epoch, {.measured = plot->measured});
   return finder.outliers();
 }
 

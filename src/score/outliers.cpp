@@ -26,16 +26,18 @@ OutlierFinder::OutlierFinder(const RangeConfig& range, TruthFunction truth) : tr
                                  {source.sigma.range_m, source.sigma.azimuth_rad, source.sigma.elevation_rad}};
 }
 
-void OutlierFinder::add(const Name& sensor, std::uint64_t sequence, Time epoch, const Polar& measured) {
+void OutlierFinder::add(const Name& sensor, std::uint64_t sequence, Time epoch, const Plot& measured) {
   const auto found = instruments_.find(sensor);
   const auto state = truth_(epoch);
   if (found == instruments_.end() || !state) return;
   const Instrument& instrument = found->second;
-  const Eigen::Vector3d error = plot_error(measured, polar_from_enu(instrument.site.enu_of(state->position)));
-  if (!error.allFinite()) return;
-  Plot plot{sequence, {}};
-  for (std::size_t k = 0; k < 3; ++k)
-    if (instrument.sigma[k] > 0) plot.sigmas[k] = error[static_cast<Eigen::Index>(k)] / instrument.sigma[k];
+  const Eigen::Vector3d error = plot_error(measured.measured, polar_from_enu(instrument.site.enu_of(state->position)));
+  Judged plot{sequence, {}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool has = (k == 0 ? measured.range_valid : measured.angles_valid) && instrument.sigma[k] > 0;
+    if (has) plot.sigmas[k] = error[static_cast<Eigen::Index>(k)] / instrument.sigma[k];
+    if (!std::isfinite(plot.sigmas[k])) return;
+  }
   bins_[{sensor, epoch.ns / bin.ns}].push_back(plot);
 }
 
@@ -46,9 +48,9 @@ std::set<MessageId> OutlierFinder::outliers() const {
     for (std::size_t k = 0; k < 3; ++k) {
       std::vector<double> sigmas;
       sigmas.reserve(plots.size());
-      for (const Plot& plot : plots) sigmas.push_back(plot.sigmas[k]);
+      for (const Judged& plot : plots) sigmas.push_back(plot.sigmas[k]);
       const double median = median_of(std::move(sigmas));
-      for (const Plot& plot : plots)
+      for (const Judged& plot : plots)
         if (std::abs(plot.sigmas[k] - median) > most_sigmas) outliers.emplace(key.first, plot.sequence);
     }
   }

@@ -25,9 +25,9 @@ class OutlierFinder {
  public:
   OutlierFinder(const RangeConfig& range, TruthFunction truth);
 
-  /// A plot as it was measured, in any order; a tracker's without its range. Of a sensor that is not configured, at a
-  /// time without truth, or not finite: left out.
-  void add(const Name& sensor, std::uint64_t sequence, Time epoch, const Polar& measured);
+  /// A plot as it was measured, in any order; judged in the parts that it has and its sensor measures. Of a sensor that
+  /// is not configured, at a time without truth, or not finite: left out.
+  void add(const Name& sensor, std::uint64_t sequence, Time epoch, const Plot& measured);
 
   [[nodiscard]] std::set<MessageId> outliers() const;
 
@@ -36,14 +36,14 @@ class OutlierFinder {
     Site site;
     std::array<double, 3> sigma;  ///< range, azimuth, elevation; 0: not measured
   };
-  struct Plot {
+  struct Judged {
     std::uint64_t sequence;
     std::array<double, 3> sigmas;  ///< its error over the instrument's 1-sigma
   };
 
   TruthFunction truth_;
   std::map<Name, Instrument> instruments_;
-  std::map<std::pair<Name, std::int64_t>, std::vector<Plot>> bins_;  ///< by sensor and 10 s
+  std::map<std::pair<Name, std::int64_t>, std::vector<Judged>> bins_;  ///< by sensor and 10 s
 };
 
 }  // namespace downrange::score

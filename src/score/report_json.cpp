@@ -55,7 +55,8 @@ ordered_json json_of(const SensorBias& bias) {
 ordered_json json_of(const SystematicError& error, const SystematicScore& of) {
   const bool known = of.plots > 0;
   ordered_json json = ordered_json::object();
-  if (of.kind == SourceKind::Radar) json["range_m"] = number(known, error.range_m);
+  if (of.has_range) json["range_m"] = number(known, error.range_m);
+  if (!of.has_angles) return json;
   json["azimuth_sky_rad"] = number(known, error.azimuth_rad);
   json["elevation_rad"] = number(known, error.elevation_rad);
   return json;

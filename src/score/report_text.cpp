@@ -112,9 +112,9 @@ void systematic_table(std::ostringstream& out, const Summary& summary) {
     const bool known = row.plots > 0;
     out << left(row.sensor.view(), label_width) << right(std::to_string(row.plots), 8)
         << right(std::to_string(row.rejected), 10)
-        << before_after(known && row.kind == SourceKind::Radar, row.before.range_m, row.after.range_m, 1)
-        << before_after(known, row.before.azimuth_rad, row.after.azimuth_rad, mdeg)
-        << before_after(known, row.before.elevation_rad, row.after.elevation_rad, mdeg) << '\n';
+        << before_after(known && row.has_range, row.before.range_m, row.after.range_m, 1)
+        << before_after(known && row.has_angles, row.before.azimuth_rad, row.after.azimuth_rad, mdeg)
+        << before_after(known && row.has_angles, row.before.elevation_rad, row.after.elevation_rad, mdeg) << '\n';
   }
   out << "* rejected: in the whole flight, as in the table below; azimuth times cos elevation;\n"
       << "  after: corrected for the estimated bias\n";

@@ -174,11 +174,17 @@ class Scorer::Run : public ResultSink {
     return scores;
   }
 
-  [[nodiscard]] SystematicScore systematic_score(const Name& sensor, SourceKind kind) const {
-    SystematicScore score{sensor, kind, 0, source_score(sensor, kind).rejected(), {}, {}};
-    const auto found = sources_.find({kind, sensor});
+  [[nodiscard]] SystematicScore systematic_score(const Source& source) const {
+    SystematicScore score{.sensor = source.name,
+                          .kind = source.kind,
+                          .has_range = source.sigma.range_m > 0,
+                          .has_angles = source.sigma.azimuth_rad > 0,
+                          .rejected = source_score(source.name, source.kind).rejected(),
+                          .before = {},
+                          .after = {}};
+    const auto found = sources_.find({source.kind, source.name});
     if (found == sources_.end()) return score;
-    const PlotErrors& errors = is_answered(sensor) ? found->second.of_method : found->second.of_ingest;
+    const PlotErrors& errors = is_answered(source.name) ? found->second.of_method : found->second.of_ingest;
     score.plots = errors.plots;
     score.before = errors.before.rms_of_means();
     score.after = errors.after.rms_of_means();
@@ -301,18 +307,19 @@ class Scorer::Run : public ResultSink {
     const SensorBias& bias = biases_.contains(plot.sensor) ? biases_.at(plot.sensor) : no_bias_;
     const std::optional<TrueState> truth = scorer_.truth_at(plot.epoch);
     const std::optional<TrueState> truth_at_tag = scorer_.truth_at(plot.epoch - seconds(time_tag_of(bias)));
-    const std::optional<Polar> seen = polar_of(plot.measured);
-    if (site == nullptr || !truth || !truth_at_tag || !seen) return std::nullopt;
+    if (site == nullptr || !truth || !truth_at_tag) return std::nullopt;
     const Polar exact = look_angles(*site, truth->position);
     const Polar exact_at_tag = look_angles(*site, truth_at_tag->position);
-    // A tracker measures no range: the true one stands in for it, so the error is zero.
-    const bool ranges = kind_of(plot.measured) == SourceKind::Radar;
-    Polar measured = *seen;
-    if (!ranges) measured.range_m = exact.range_m;
+    // What a plot lacks: the truth takes its place, and leaves no error.
+    const Plot seen = plot_of(plot.measured);
+    const Polar measured{seen.range_valid ? seen.measured.range_m : exact.range_m,
+                         seen.angles_valid ? seen.measured.azimuth_rad : exact.azimuth_rad,
+                         seen.angles_valid ? seen.measured.elevation_rad : exact.elevation_rad};
     const auto air = scorer_.air_.find(plot.sensor);
     const Polar after = corrected(measured, bias, air == scorer_.air_.end() ? nullptr : &air->second);
     PlotError error{plot.epoch, plot_error(measured, exact), plot_error(after, exact_at_tag)};
-    if (!ranges) error.before[0] = error.after[0] = 0;
+    if (!seen.range_valid) error.before[0] = error.after[0] = 0;
+    if (!seen.angles_valid) error.before.tail<2>() = error.after.tail<2>() = Eigen::Vector2d::Zero();
     return error;
   }
 
@@ -456,7 +463,7 @@ Summary Scorer::summary() const {
   for (const Source& source : sources_) {
     summary.sources.push_back(own.source_score(source.name, source.kind));
     if (source.kind == SourceKind::Telemetry) continue;
-    if (truth_) summary.systematic.push_back(own.systematic_score(source.name, source.kind));
+    if (truth_) summary.systematic.push_back(own.systematic_score(source));
     if (const auto bias = own.last_bias(source.name)) summary.biases.push_back(*bias);
   }
   return summary;

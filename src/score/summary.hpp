@@ -33,7 +33,7 @@ struct TrajectoryScore {
 
 /// Rms of the 10 s means of measured - true.
 struct SystematicError {
-  double range_m = 0;      ///< 0 of an angles-only tracker
+  double range_m = 0;
   double azimuth_rad = 0;  ///< times cos elevation: on the sky
   double elevation_rad = 0;
 };
@@ -42,6 +42,8 @@ struct SystematicError {
 struct SystematicScore {
   Name sensor;
   SourceKind kind = SourceKind::Radar;
+  bool has_range = true;  ///< the sensor measures it; else its errors are 0, the angles' likewise
+  bool has_angles = true;
   std::size_t plots = 0;       ///< that the errors are of: within a phase, neither rejected nor an outlier
   std::uint64_t rejected = 0;  ///< as the source's account has it, in the whole flight
   SystematicError before;      ///< as measured

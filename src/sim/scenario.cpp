@@ -109,6 +109,7 @@ RadarScenario read_sensor(TomlSection& toml, const RadarConfig& known, const Sce
   RadarScenario radar;
   radar.id = known.id;
   radar.site = known.site;
+  radar.measures = known.measures;
   radar.sigma = {ranging ? toml.number("sigma_range_m", from_zero, known.sigma.range_m) : 0,
                  toml.number("sigma_azimuth_deg", from_zero, known.sigma.azimuth_rad / deg) * deg,
                  toml.number("sigma_elevation_deg", from_zero, known.sigma.elevation_rad / deg) * deg};

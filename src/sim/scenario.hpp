@@ -51,6 +51,7 @@ struct GpsFault {
 struct RadarScenario {
   Name id;
   Site site;
+  MeasuredParts measures{};  ///< as the range has it: what it does not measure is not valid in its plots
   PolarSigma sigma;
   double rate_hz = 10;
   double phase_s = 0;  ///< plots are stamped at lift-off + phase + k / rate

@@ -202,6 +202,10 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
     }
     plot.measured.azimuth_rad = wrap_two_pi(plot.measured.azimuth_rad);
     plot.snr_db = 20 - 20 * std::log10(q.range_m / 1e6);  // beacon: one-way loss, 20 dB at 1 000 km
+    plot.range_valid = radar.measures.range;
+    plot.azimuth_valid = plot.elevation_valid = radar.measures.angles;
+    if (!plot.range_valid) plot.measured.range_m = 0;
+    if (!radar.measures.angles) plot.measured.azimuth_rad = plot.measured.elevation_rad = 0;
     plot.simulated = scenario.simulated;
     run.plots.push_back(plot);
   }

@@ -83,7 +83,7 @@ bool Ingest::left_pad(const Name& target, Time epoch) const {
 }
 
 Observation Ingest::judge(const RadarTspi& tspi) {
-  const Plot plot = plot_of(tspi);
+  const Plot plot = usable(plot_of(tspi), tspi.sensor);
   Observation o = observation_of(tspi, tspi.sensor, plot);
   o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); },
                            [&] { return judge_instrument(o, plot); }, [&] { return judge_time(o); });
@@ -131,11 +131,22 @@ Observation Ingest::judge(const GpsFix& message) {
 Observation Ingest::judge(Observation o) {
   // With the fixes of all nodes together it is known best whether the vehicle has left the pad: that is judged anew.
   if (o.verdict != Reason::Accepted && o.verdict != Reason::AwayFromPad) return o;
+  if (auto* plot = std::get_if<Plot>(&o.measured)) *plot = usable(*plot, o.sensor);
   o.verdict = first_reason(
       [&] { return judge_sender(o); },
       [&] { return std::visit([&](const auto& measured) { return judge_instrument(o, measured); }, o.measured); },
       [&] { return judge_time(o); }, [&] { return judge_pad(o); });
   return o;
+}
+
+Plot Ingest::usable(Plot plot, const Name& sensor) const {
+  const int radar = index_of(config_.radars, sensor);
+  const MeasuredParts measures = radar < 0 ? MeasuredParts{} : config_.radars[static_cast<std::size_t>(radar)].measures;
+  plot.range_valid = plot.range_valid && measures.range;
+  plot.angles_valid = plot.angles_valid && measures.angles;
+  if (!plot.range_valid) plot.measured.range_m = 0;
+  if (!plot.angles_valid) plot.measured.azimuth_rad = plot.measured.elevation_rad = 0;
+  return plot;
 }
 
 Reason Ingest::judge_sender(const Observation& o) const {
@@ -146,16 +157,16 @@ Reason Ingest::judge_sender(const Observation& o) const {
 }
 
 Reason Ingest::judge_instrument(const Observation& o, const Plot& plot) const {
-  if (!plot.range_valid || !plot.angles_valid) return Reason::NotTracking;  // no method works with half a plot
-  const Polar& q = plot.measured;
+  if (!plot.range_valid && !plot.angles_valid) return Reason::NotTracking;
+  const Polar& q = plot.measured;  // 0 in what it lacks
   const bool finite = std::isfinite(q.range_m) && std::isfinite(q.azimuth_rad) && std::isfinite(q.elevation_rad) &&
                       (!plot.range_rate_valid || std::isfinite(plot.range_rate_m_s)) &&
                       (!plot.snr_valid || std::isfinite(plot.snr_db));
   if (!finite) return Reason::NotFinite;
   const RadarConfig& radar = config_.radars[static_cast<std::size_t>(index_of(config_.radars, o.sensor))];
-  const bool range_inside = q.range_m >= radar.range_min_m && q.range_m <= radar.range_max_m;
+  const bool range_inside = !plot.range_valid || (q.range_m >= radar.range_min_m && q.range_m <= radar.range_max_m);
   const bool elevation_inside =
-      q.elevation_rad >= radar.elevation_min_rad && q.elevation_rad <= radar.elevation_max_rad;
+      !plot.angles_valid || (q.elevation_rad >= radar.elevation_min_rad && q.elevation_rad <= radar.elevation_max_rad);
   const bool rate_inside = !plot.range_rate_valid || std::abs(plot.range_rate_m_s) <= speed_max_m_s;
   return range_inside && elevation_inside && rate_inside ? Reason::Accepted : Reason::OutOfLimits;
 }

@@ -51,6 +51,8 @@ class Ingest {
     std::vector<Entry> recent;
   };
 
+  /// Without what the radar is not configured to measure; what a plot lacks is 0.
+  [[nodiscard]] Plot usable(Plot plot, const Name& sensor) const;
   /// What holds for every message: source and target are known, it is of this node's world, no operator inhibits it.
   [[nodiscard]] Reason judge_sender(const Observation& o) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Plot& plot) const;

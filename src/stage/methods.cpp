@@ -38,12 +38,13 @@ std::vector<RadarModel> radar_models(const RangeConfig& config) {
   std::vector<RadarModel> radars;
   for (const RadarConfig& radar : config.radars) {
     const double angle = std::sqrt(radar.angle_inflation);
+    const PolarSigma sigma = measured_sigma(radar);
     radars.push_back({.site = radar.site,
-                      .sigma = {.range_m = radar.sigma.range_m,
-                                .azimuth_rad = radar.sigma.azimuth_rad * angle,
-                                .elevation_rad = radar.sigma.elevation_rad * angle},
+                      .sigma = {.range_m = sigma.range_m,
+                                .azimuth_rad = sigma.azimuth_rad * angle,
+                                .elevation_rad = sigma.elevation_rad * angle},
                       .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
-                      .bias = bias_model_of(radar.bias),
+                      .bias = bias_model_of(radar),
                       .wander = radar.wander,
                       .refraction = refraction_of(radar)});
   }

@@ -56,6 +56,22 @@ BiasModel bias_model_of(const BiasConfig& config) {
   return model;
 }
 
+PolarSigma measured_sigma(const RadarConfig& radar) {
+  return {.range_m = radar.measures.range ? radar.sigma.range_m : 0,
+          .azimuth_rad = radar.measures.angles ? radar.sigma.azimuth_rad : 0,
+          .elevation_rad = radar.measures.angles ? radar.sigma.elevation_rad : 0};
+}
+
+BiasModel bias_model_of(const RadarConfig& radar) {
+  BiasModel model = bias_model_of(radar.bias);
+  std::erase_if(model.terms, [&](BiasTerm term) {
+    const bool of_range = term == BiasTerm::OffsetRange || term == BiasTerm::ScaleRange;
+    const bool of_angles = !of_range && term >= BiasTerm::OffsetAzimuth && term <= BiasTerm::ScaleElevation;
+    return (of_range && !radar.measures.range) || (of_angles && !radar.measures.angles);
+  });
+  return model;
+}
+
 BiasModel bias_model_of(const AngleSensorConfig& config) {
   BiasModel model;
   model.terms = {BiasTerm::OffsetAzimuth, BiasTerm::OffsetElevation};

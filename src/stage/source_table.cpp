@@ -32,7 +32,7 @@ SourceTable::SourceTable(const RangeConfig& config) {
                         .kind = SourceKind::Radar,
                         .site = radar.site,
                         .silent_after = three_periods(radar.rate_hz),
-                        .sigma = radar.sigma,
+                        .sigma = measured_sigma(radar),
                         .refractivity = radar.refractivity});
   for (const AngleSensorConfig& sensor : config.angle_sensors)
     sources_.push_back({.name = sensor.id,

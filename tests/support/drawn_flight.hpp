@@ -3,6 +3,7 @@
 /// truth.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <downrange/est/method/method.hpp>
 #include <numbers>
@@ -72,6 +73,36 @@ inline Flight draw_flight(std::uint64_t seed, double duration_s, bool with_bias,
       f.measurements.push_back(m);
     }
   }
+  std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
+  return f;
+}
+
+/// The same flight where every third plot of radar 0 has no angles and every third of radar 1 no range, and a tracker
+/// at radar 0 sees what radar 1 does. Stations stand behind the tracker.
+inline Flight with_partial_plots(Flight f) {
+  constexpr int tracker = 2;
+  f.settings.radars.push_back(
+      {.site = f.settings.radars[0].site, .sigma = {0, 0.01 * deg, 0.01 * deg}, .bias = f.settings.radars[0].bias});
+  f.settings.radars.back().bias.terms = {BiasTerm::OffsetAzimuth, BiasTerm::OffsetElevation};
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  std::vector<Measurement> seen;
+  std::array<int, 2> plots{};
+  for (Measurement& m : f.measurements) {
+    if (is_fix(m)) {
+      m.source += 1;
+      continue;
+    }
+    Plot& plot = std::get<Plot>(m.measured);
+    const bool lacks = ++plots[static_cast<std::size_t>(m.source)] % 3 == 0;
+    (m.source == 0 ? plot.angles_valid : plot.range_valid) = !lacks;
+    if (m.source == 0) continue;
+    const Polar q = polar_from_enu(f.settings.radars[0].site.enu_of(truth_at(pad, (m.epoch - Time{}).seconds())));
+    Measurement angles = m;
+    angles.source = tracker;
+    angles.measured = Angles{.azimuth_rad = q.azimuth_rad, .elevation_rad = q.elevation_rad};
+    seen.push_back(angles);
+  }
+  f.measurements.insert(f.measurements.end(), seen.begin(), seen.end());
   std::sort(f.measurements.begin(), f.measurements.end(), processed_before);
   return f;
 }

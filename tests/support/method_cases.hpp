@@ -11,7 +11,8 @@ struct MethodCase {
   std::string label;  ///< letters, digits and underscores, as GoogleTest wants it
   std::string method;
   Kinematics kinematics = Kinematics::Launch;
-  bool smooth = false;  ///< GPS smoothed by later fixes
+  bool smooth = false;         ///< GPS smoothed by later fixes
+  bool partial_plots = false;  ///< it uses plots that lack range or angles
 };
 
 inline std::vector<MethodCase> method_cases() {
@@ -27,7 +28,7 @@ inline std::vector<MethodCase> method_cases() {
         for (char& c : label) c = c == '-' ? '_' : c;
         if (!own) label += "_" + std::string(to_string(kinematics));
         if (smooth) label += "_smooth";
-        cases.push_back({label, std::string(name), kinematics, smooth});
+        cases.push_back({label, std::string(name), kinematics, smooth, takes.partial_plots});
       }
     }
   }

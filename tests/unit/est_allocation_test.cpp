@@ -35,7 +35,7 @@ TEST_F(AllocationCount, IsCounted) {
 
 /// Fixes come 0.5 to 1.5 s late, so that history is rewound all the time.
 TEST_P(Allocation, NoneInTheSteadyState) {
-  test::Flight f = test::draw_flight(3, 90, true);
+  test::Flight f = test::with_partial_plots(test::draw_flight(3, 90, true));
   f.settings.motion.kinematics = GetParam().kinematics;
   f.settings.gps.alignment.smooth = GetParam().smooth;
   std::vector<std::pair<Time, const Measurement*>> arrival;

@@ -78,28 +78,52 @@ double distance_m(const Method& method, const Flight& f, const std::function<Pos
 }
 
 TEST_P(EveryMethod, ShuffledArrivalGivesTheInOrderBits) {
-  const Flight f = draw_flight(4, 15, true);
-  const auto in_order = make(f.settings);
-  for (const Measurement& m : f.measurements) (void)in_order->process(m, m.epoch);
-  std::mt19937_64 rng(99);
-  std::vector<std::pair<Time, std::size_t>> arrival;
-  for (std::size_t i = 0; i < f.measurements.size(); ++i)
-    arrival.push_back({f.measurements[i].epoch + milliseconds(static_cast<std::int64_t>(rng() % 2000)), i});
-  std::sort(arrival.begin(), arrival.end());
-  const auto shuffled = make(f.settings);
-  for (const auto& [received, i] : arrival) (void)shuffled->process(f.measurements[i], received);
-  EXPECT_EQ(in_order->fused(0)->mean, shuffled->fused(0)->mean);
-  EXPECT_EQ(in_order->fused(0)->cov, shuffled->fused(0)->cov);
-  EXPECT_EQ(in_order->bias(1).value, shuffled->bias(1).value);
+  for (const Flight& f : {draw_flight(4, 15, true), test::with_partial_plots(draw_flight(4, 15, true))}) {
+    const auto in_order = make(f.settings);
+    for (const Measurement& m : f.measurements) (void)in_order->process(m, m.epoch);
+    std::mt19937_64 rng(99);
+    std::vector<std::pair<Time, std::size_t>> arrival;
+    for (std::size_t i = 0; i < f.measurements.size(); ++i)
+      arrival.push_back({f.measurements[i].epoch + milliseconds(static_cast<std::int64_t>(rng() % 2000)), i});
+    std::sort(arrival.begin(), arrival.end());
+    const auto shuffled = make(f.settings);
+    for (const auto& [received, i] : arrival) (void)shuffled->process(f.measurements[i], received);
+    EXPECT_EQ(in_order->fused(0)->mean, shuffled->fused(0)->mean);
+    EXPECT_EQ(in_order->fused(0)->cov, shuffled->fused(0)->cov);
+    EXPECT_EQ(in_order->bias(1).value, shuffled->bias(1).value);
+  }
 }
 
 TEST_P(EveryMethod, CovarianceIsHonestlyAMatrixOfCovariances) {
-  const Flight f = draw_flight(5, 60, true);
-  const auto method = make(f.settings);
-  int n = 0;
+  for (const Flight& f : {draw_flight(5, 60, true), test::with_partial_plots(draw_flight(5, 60, true))}) {
+    const auto method = make(f.settings);
+    int n = 0;
+    for (const Measurement& m : f.measurements) {
+      (void)method->process(m, m.epoch);
+      if (const auto e = method->fused(0); e && ++n % 50 == 0) expect_honest(*e, "after " + std::to_string(n));
+    }
+  }
+}
+
+/// A method that has no use for a range or a direction alone is what it would be without it; another one is not.
+TEST_P(EveryMethod, PlotsThatLackAPartAreUsedOrPassedOver) {
+  const Flight f = test::with_partial_plots(draw_flight(6, 40, true));
+  const auto with = make(f.settings);
+  const auto without = make(f.settings);
   for (const Measurement& m : f.measurements) {
-    (void)method->process(m, m.epoch);
-    if (const auto e = method->fused(0); e && ++n % 50 == 0) expect_honest(*e, "after " + std::to_string(n));
+    (void)with->process(m, m.epoch);
+    if (tells_position(m.measured)) (void)without->process(m, m.epoch);
+  }
+  const Time end = f.measurements.back().epoch;
+  const TrackEstimate a = *with->fused(0, end);
+  const TrackEstimate b = *without->fused(0, end);
+  if (GetParam().partial_plots) {
+    EXPECT_LT(a.cov.topLeftCorner<3, 3>().trace(), b.cov.topLeftCorner<3, 3>().trace());
+    EXPECT_GT(with->account(2).accepted, 600u);
+  } else {
+    EXPECT_EQ(a.mean, b.mean);
+    EXPECT_EQ(a.cov, b.cov);
+    EXPECT_EQ(with->bias(1).value, without->bias(1).value);
   }
 }
 

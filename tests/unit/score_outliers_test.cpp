@@ -32,9 +32,10 @@ std::optional<TrueState> truth(Time t) {
   return TrueState{ecef_from_geodetic({33.5 * deg, 127.2 * deg, 80e3}), {}};
 }
 
-Polar plot(const Polar& error) {
+Plot plot(const Polar& error) {
   const Polar q = polar_from_enu(make_range().radars[0].site.enu_of(truth(start)->position));
-  return {q.range_m + error.range_m, q.azimuth_rad + error.azimuth_rad, q.elevation_rad + error.elevation_rad};
+  return {.measured = {q.range_m + error.range_m, q.azimuth_rad + error.azimuth_rad,
+                       q.elevation_rad + error.elevation_rad}};
 }
 
 /// Ten plots a second for 10 s with an error of 1 sigma that alternates, on top of `bias`.
@@ -76,6 +77,20 @@ TEST(Outliers, OfATrackerAreInItsAngles) {
   finder.add("optics", 201, start + seconds(2.0), plot({1e6, 0, 0}));  // a tracker has no range
   finder.add("optics", 202, start + seconds(2.0), plot({0, 0, 0.2 * deg}));
   EXPECT_EQ(finder.outliers(), (std::set<MessageId>{{"optics", 202}}));
+}
+
+TEST(Outliers, OfAPlotAreInThePartsThatItHas) {
+  OutlierFinder finder = finder_of_good_plots({});
+  Plot range_alone = plot({0, 5 * deg, 5 * deg});
+  range_alone.angles_valid = false;
+  finder.add("goheung", 201, start + seconds(2.0), range_alone);
+  Plot angles_alone = plot({1e6, 0, 0});
+  angles_alone.range_valid = false;
+  finder.add("goheung", 202, start + seconds(2.0), angles_alone);
+  EXPECT_TRUE(finder.outliers().empty());
+  range_alone.measured.range_m += 200;
+  finder.add("goheung", 203, start + seconds(2.0), range_alone);
+  EXPECT_EQ(finder.outliers(), (std::set<MessageId>{{"goheung", 203}}));
 }
 
 TEST(Outliers, AreNotToldFromWhatSaysNothing) {

@@ -36,8 +36,13 @@ TEST(Ingest, RadarReasons) {
       {"range too long", [](RadarTspi& p) { p.measured.range_m = 5e6; }, Reason::OutOfLimits},
       {"slaved", [](RadarTspi& p) { p.mode = TrackMode::Slaved; }, Reason::Slaved},
       {"nothing valid", [](RadarTspi& p) { p.range_valid = p.azimuth_valid = false; }, Reason::NotTracking},
-      {"no range", [&](RadarTspi& p) { p.range_valid = false, p.measured.range_m = nan; }, Reason::NotTracking},
-      {"no elevation", [](RadarTspi& p) { p.elevation_valid = false; }, Reason::NotTracking},
+      {"no range", [&](RadarTspi& p) { p.range_valid = false, p.measured.range_m = nan; }, Reason::Accepted},
+      {"no elevation", [&](RadarTspi& p) { p.elevation_valid = false, p.measured.elevation_rad = nan; },
+       Reason::Accepted},
+      {"range alone, too long", [](RadarTspi& p) { p.azimuth_valid = false, p.measured.range_m = 5e6; },
+       Reason::OutOfLimits},
+      {"angles alone, below the horizon", [](RadarTspi& p) { p.range_valid = false, p.measured.elevation_rad = -0.01; },
+       Reason::OutOfLimits},
       {"NaN range rate", [&](RadarTspi& p) { p.range_rate_valid = true, p.range_rate_m_s = nan; }, Reason::NotFinite},
       {"NaN range rate that is not valid", [&](RadarTspi& p) { p.range_rate_m_s = nan; }, Reason::Accepted},
       {"range rate of no vehicle", [](RadarTspi& p) { p.range_rate_valid = true, p.range_rate_m_s = 3e4; },
@@ -62,6 +67,22 @@ struct FixCase {
   std::function<void(GpsFix&)> change;
   Reason expected;
 };
+
+/// What a plot lacks, or its radar is not configured to measure, leaves nothing behind.
+TEST(Ingest, APlotHasThePartsThatItsRadarMeasures) {
+  RangeConfig range = test::small_range();
+  RadarTspi whole = test::plot_at(range.radars[0], 30, 1);
+  const auto plot_of_it = [&] { return std::get<Plot>(Ingest(range).judge(whole).measured); };
+  const Polar measured = plot_of_it().measured;
+  range.radars[0].measures = {.range = true, .angles = false};
+  EXPECT_EQ(plot_of_it(), (Plot{.measured = {measured.range_m, 0, 0}, .angles_valid = false}));
+  range.radars[0].measures = {.range = false, .angles = true};
+  EXPECT_EQ(plot_of_it(), (Plot{.measured = {0, measured.azimuth_rad, measured.elevation_rad}, .range_valid = false}));
+  whole.azimuth_valid = false;
+  EXPECT_EQ(Ingest(range).judge(whole).verdict, Reason::NotTracking);
+  range.radars[0].measures = {};
+  EXPECT_EQ(plot_of_it(), (Plot{.measured = {measured.range_m, 0, 0}, .angles_valid = false}));
+}
 
 TEST(Ingest, GpsReasons) {
   const RangeConfig range = test::small_range();

@@ -173,7 +173,7 @@ enum class Reason : std::uint8_t {
   SimulatedMismatch,  ///< simulated input to a live node, or the reverse
   NotFinite,          ///< NaN or infinity in a used field
   OutOfLimits,        ///< outside the instrument's range or elevation, or no place for a vehicle
-  NotTracking,        ///< not in track mode, a plot that lacks a part, no three-dimensional fix
+  NotTracking,        ///< not in track mode, a plot with neither range nor angles, no three-dimensional fix
   TooLate,            ///< older than fuse.history_s
   FromFuture,         ///< epoch beyond received + ingest.max_future_ms
   Duplicate,          ///< same target, receiver and epoch (+- 1 ms)

@@ -54,10 +54,19 @@ struct BiasConfig {
 /// The terms of the blocks with their priors, the calibration's where it has them, and drifts.
 [[nodiscard]] BiasModel bias_model_of(const BiasConfig& config);
 
+/// What a radar measures of a target.
+struct MeasuredParts {
+  bool range = true;
+  bool angles = true;
+
+  bool operator==(const MeasuredParts&) const = default;
+};
+
 struct RadarConfig {
   Name id;
   Site site;
-  PolarSigma sigma;                   ///< instrument noise, 1-sigma
+  MeasuredParts measures;             ///< one of them at least; what it does not measure is not taken of its plots
+  PolarSigma sigma;                   ///< instrument noise, 1-sigma, of what it measures
   double angle_inflation = 4;         ///< on the angle variances, for slow pointing errors (est/THEORY.md section 4a)
   PointingWander wander{};            ///< the same as states of joint and schmidt, where they are known
   bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)
@@ -69,6 +78,11 @@ struct RadarConfig {
   double elevation_min_rad = 0;
   double elevation_max_rad = std::numbers::pi / 2;
 };
+
+/// 0 for what it does not measure.
+[[nodiscard]] PolarSigma measured_sigma(const RadarConfig& radar);
+/// Without the terms of what it does not measure.
+[[nodiscard]] BiasModel bias_model_of(const RadarConfig& radar);
 
 /// A telemetry antenna or an optical tracker that reports the direction it tracks.
 struct AngleSensorConfig {

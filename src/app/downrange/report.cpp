@@ -105,8 +105,8 @@ Flight survey(const std::string& path, score::OutlierFinder* outliers) {
       flight.liftoff = m->epoch;
     if (const auto* o = std::get_if<Observation>(&entry->record)) {
       flight.add(*o);
-      const std::optional<Polar> seen = polar_of(o->measured);
-      if (outliers != nullptr && seen) outliers->add(o->sensor, o->sequence, o->epoch, *seen);
+      if (outliers != nullptr && !std::holds_alternative<Fix>(o->measured))
+        outliers->add(o->sensor, o->sequence, o->epoch, plot_of(o->measured));
     }
     flight.has_results = flight.has_results || is_result(entry->record);
   }

@@ -71,7 +71,8 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
     tighten(model, BiasTerm::OffsetRange, regime.offset_prior_m);
     tighten(model, BiasTerm::OffsetAzimuth, regime.angle_prior_rad);
     tighten(model, BiasTerm::OffsetElevation, regime.angle_prior_rad);
-    const PointingWander& wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
+    PointingWander wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
+    if (radar.sigma.azimuth_rad == 0) wander = {};
     layout.radars.push_back(block_of(model, wander, first + layout.size));
     layout.size += layout.radars.back().size();
   }

@@ -19,10 +19,11 @@ void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
 }
 
 /// A plot corrects all but the GPS track, which is considered.
-inline void take_beside_gps(Hypothesis& h, const Evidence<3>& f) {
+template <int M>
+void take_beside_gps(Hypothesis& h, const Evidence<M>& f) {
   const Vec<12> gps = h.x.segment<12>(Schmidt::gps_at);
   const Mat<12, 12> P_gps = h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at);
-  apply_evidence<3>(h, f);
+  apply_evidence<M>(h, f);
   h.x.segment<12>(Schmidt::gps_at) = gps;
   h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at) = P_gps;
 }
@@ -36,11 +37,12 @@ inline void take_beside_gps(Hypothesis& h, const Evidence<3>& f) {
 //
 // C is what the two have in common, the plot's own noise included. `b`: where the biases begin.
 
-inline void update_track(Hypothesis& h, Eigen::Index b, const Evidence<3>& f) {
+template <int M>
+void update_track(Hypothesis& h, Eigen::Index b, const Evidence<M>& f) {
   constexpr int a = Schmidt::fused_at;
   constexpr int gps = Schmidt::gps_at;
   const Eigen::Index others = h.x.size() - gps;
-  const Mat<9, 3> W_fA = f.W.middleRows<9>(a);
+  const Mat<9, M> W_fA = f.W.template middleRows<9>(a);
   h.x.segment<9>(a) += W_fA * f.whitened;
   subtract_product(h.P.block<9, 9>(a, a), W_fA, W_fA);
   subtract_product(h.P.block(gps, a, b - gps, 9), f.W.middleRows(gps, b - gps), W_fA);
@@ -49,7 +51,8 @@ inline void update_track(Hypothesis& h, Eigen::Index b, const Evidence<3>& f) {
 }
 
 /// `of_A`: W_gA, less W_fA C where the same plot was followed.
-inline void update_biases(Hypothesis& h, Eigen::Index b, const Evidence<3>& g, const Mat<9, 3>& of_A) {
+template <int M>
+void update_biases(Hypothesis& h, Eigen::Index b, const Evidence<M>& g, const Mat<9, M>& of_A) {
   constexpr int a = Schmidt::fused_at;
   constexpr int gps = Schmidt::gps_at;
   const Eigen::Index biases = h.x.size() - b;
@@ -62,10 +65,10 @@ inline void update_biases(Hypothesis& h, Eigen::Index b, const Evidence<3>& g, c
 }
 
 /// C.
-inline Mat<3, 3> in_common(const Evidence<3>& f, const BlockJacobian<3>& H_f, const Evidence<3>& g,
-                           const Mat<3, 3>& R) {
-  const Mat<3, 3> R_L = g.L.triangularView<Eigen::Lower>().solve(R).transpose();  // R L_g^-T
-  return f.L.triangularView<Eigen::Lower>().solve(observe(H_f, g.W) + R_L);
+template <int M>
+Mat<M, M> in_common(const Evidence<M>& f, const BlockJacobian<M>& H_f, const Evidence<M>& g, const Mat<M, M>& R) {
+  const Mat<M, M> R_L = g.L.template triangularView<Eigen::Lower>().solve(R).transpose();  // R L_g^-T
+  return f.L.template triangularView<Eigen::Lower>().solve(observe(H_f, g.W) + R_L);
 }
 
 }  // namespace downrange

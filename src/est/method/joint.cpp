@@ -16,9 +16,7 @@ Joint::Joint(MethodSettings settings)
       manoeuvring_(constant_acceleration(settings_.motion)),
       layout_(bias_layout(settings_.radars, first_radar_at)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_at)),
-      gate2_(chi2_quantile(settings_.arbitration.gate_probability, 2)),
-      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
+      gates_(settings_.arbitration.gate_probability) {
   if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
       first_radar_at + layout_without_gps_.size > max_states)
     throw std::invalid_argument("method joint takes at most " + std::to_string(max_radars) + " radars");
@@ -233,13 +231,13 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   const Fix& fix = fix_of(m);
-  const auto use = [&]<int M>(double gate) {
-    return update<M>(t, account, fix_noise<M>(fix), gate, [&](const Hypothesis& h, const MotionModel&) {
+  const auto use = [&]<int M>() {
+    return update<M>(t, account, fix_noise<M>(fix), gates_[M], [&](const Hypothesis& h, const MotionModel&) {
       return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
     });
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
-  return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
+  return with_velocity ? use.template operator()<6>() : use.template operator()<3>();
 }
 
 Outcome Joint::first_fix(State& s, const Measurement& m) const {
@@ -263,22 +261,14 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Plot plot = plot_of(m.measured);
-  const Vec<3> variance = plot_variance(radar, plot.measured.elevation_rad);
-  if (plot.range_valid) {
-    return update<3>(t, s.accounts[source], variance.asDiagonal(), gate3_,
+  return with_components(plot, [&]<int First, int M>() {
+    return update<M>(t, s.accounts[source], plot_noise<First, M>(radar, plot), gates_[M],
                      [&](const Hypothesis& h, const MotionModel& model) {
-                       PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, plot.measured);
+                       const auto l =
+                           components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
                        return std::pair(l.H, l.nu);
                      });
-  }
-  return update<2>(t, s.accounts[source], Mat<2, 2>(variance.tail<2>().asDiagonal()), gate2_,
-                   [&](const Hypothesis& h, const MotionModel& model) {
-                     const PlotLinearisation l = linearise_plot(h, motion_at, model, radar, block, plot.measured);
-                     BlockJacobian<2> H{.motion_at = motion_at, .radar_at = block.at, .radar_size = block.size()};
-                     H.of_motion = l.H.of_motion.bottomRows<2>();
-                     H.of_radar = l.H.of_radar.bottomRows<2>();
-                     return std::pair(H, Vec<2>(l.nu.tail<2>()));
-                   });
+  });
 }
 
 std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::optional<Time> at) const {

@@ -32,15 +32,17 @@ constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoot
 constexpr NamedMethod own_methods[] = {
     {"joint",
      [](const MethodSettings& s) { return rewound(Joint(s)); },
-     {.kinematics = every_kinematics, .angles_only = true}},
+     {.kinematics = every_kinematics, .partial_plots = true}},
     {"schmidt",
      [](const MethodSettings& s) { return rewound(Schmidt(s)); },
-     {.kinematics = every_kinematics & ~MethodCapabilities::bit_of(Kinematics::Vdie), .smoothed_gps = true}},
+     {.kinematics = every_kinematics & ~MethodCapabilities::bit_of(Kinematics::Vdie),
+      .smoothed_gps = true,
+      .partial_plots = true}},
     {"ts",
      [](const MethodSettings& s) {
        return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      },
-     {.angles_only = true}},
+     {.partial_plots = true}},
     {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }, {.smoothed_gps = true}},
     {"information", [](const MethodSettings& s) { return rewound(TrackLevel<InformationRule>(s)); }, track_level},
     {"federated", [](const MethodSettings& s) { return rewound(TrackLevel<FederatedRule>(s)); }, track_level},

@@ -20,10 +20,11 @@ Schmidt::Schmidt(MethodSettings settings)
       gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.motion.q_ca_m2_s5, .gravity_aware = false}),
       knots_(settings_.gps.alignment.smooth ? settings_.gps.alignment.fixes + 1 : 0),
       first_radar_(knots_at + 9 * knots_),
+      starts_near_gps_(std::ranges::none_of(settings_.radars,
+                                            [](const RadarModel& radar) { return measures_position(radar.sigma); })),
       layout_(bias_layout(settings_.radars, first_radar_)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_)),
-      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
+      gates_(settings_.arbitration.gate_probability) {
   assert(knots_ <= max_knots);
   if (settings_.radars.size() > max_radars || first_radar_ + layout_.size > max_states ||
       first_radar_ + layout_without_gps_.size > max_states)
@@ -96,6 +97,16 @@ void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
   start_fused(t, plot.epoch, first_motion(plot, settings_, block.bias(known.x)));
   for (int i = 0; i < t.bank.count; ++i)
     tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[source], block);
+}
+
+void Schmidt::start_fused_near_gps(Target& t) const {
+  constexpr double position_m = 1000;  // beside what radars measure this is next to nothing
+  constexpr double velocity_m_s = 100;
+  Gaussian<9> motion{.mean = t.bank.mode[0].x.segment<9>(gps_at), .cov = Mat<9, 9>::Zero()};
+  motion.cov.diagonal().head<3>().setConstant(position_m * position_m);
+  motion.cov.diagonal().segment<3>(3).setConstant(velocity_m_s * velocity_m_s);
+  motion.cov.diagonal().tail<3>().setConstant(std::pow(settings_.start.sigma_acceleration_m_s2, 2));
+  start_fused(t, t.epoch, motion);
 }
 
 void Schmidt::start_gps(Target& t, const Measurement& m) const {
@@ -178,7 +189,7 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
 }
 
 template <int M>
-Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const {
+Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m) const {
   const Fix& fix = fix_of(m);
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   for (int i = 0; i < t.bank.count; ++i) {
@@ -189,7 +200,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   }
   // The GPS track is the same in all modes: one judges for all.
   const Evidence<M>& e = evidence[0];
-  const Outcome outcome{.verdict = e.nis <= gate ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
+  const Outcome outcome{.verdict = e.nis <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
   if (outcome.verdict != Verdict::Accepted) return outcome;
   for (int i = 0; i < t.bank.count; ++i)
     take_from<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)], gps_at);
@@ -208,7 +219,7 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
   if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
   const auto follow = [&] {
     const bool with_velocity = fix_of(m).velocity_valid && settings_.gps_use.velocity;
-    return with_velocity ? follow_fix<6>(t, account, m, gate6_) : follow_fix<3>(t, account, m, gate3_);
+    return with_velocity ? follow_fix<6>(t, account, m) : follow_fix<3>(t, account, m);
   };
   return follow_receiver(
       arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch), fused_agrees(t, m), [&] { start_gps(t, m); }, follow,
@@ -238,16 +249,20 @@ bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
   if (!t.fused_started || Arbitration::recent_radars(t.life, fix.epoch) == 0) return false;
   const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
   const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix_of(fix));
-  return normalised_square<3>(fix_of(fix).position.m - motion.mean.head<3>(), S) <= gate3_;
+  return normalised_square<3>(fix_of(fix).position.m - motion.mean.head<3>(), S) <= gates_[3];
 }
 
 Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const auto source = static_cast<std::size_t>(m.source);
-  if (!tells_position(m.measured)) return {};
+  if (!t.fused_started && !tells_position(m.measured)) {
+    if (!starts_near_gps_ || !has_reference(t, m.epoch)) return {};
+    start_fused_near_gps(t);
+  }
   Outcome outcome;
   if (t.fused_started) {
-    outcome = correct(t, s.accounts[source], m);
+    outcome = with_components(plot_of(m.measured),
+                              [&]<int First, int M>() { return correct<First, M>(t, s.accounts[source], m); });
   } else if (gps_refuses(t, m)) {
     outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
@@ -284,42 +299,45 @@ bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
   const PlotLinearisation l =
       linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], polar);
   const Mat<3, 3> R = plot_variance(radar, polar.elevation_rad).asDiagonal();
-  return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gate3_);
+  return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gates_[3]);
 }
 
+template <int First, int M>
 Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
-  const Polar plot = plot_of(m.measured).measured;
-  const Mat<3, 3> R = plot_variance(radar, plot.elevation_rad).asDiagonal();
+  const Plot plot = plot_of(m.measured);
+  const Mat<M, M> R = plot_noise<First, M>(radar, plot);
 
   // What the fused track and what the GPS track say of the plot; its noise is common to both.
-  std::array<PlotLinearisation, ModelSet::max_models> by_fused;
-  std::array<Evidence<3>, ModelSet::max_models> of_fused;
+  std::array<Linearisation<M>, ModelSet::max_models> by_fused;
+  std::array<Evidence<M>, ModelSet::max_models> of_fused;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    by_fused[k] = linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot);
-    of_fused[k] = evidence_of<3>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
-    if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 3};
+    by_fused[k] =
+        components<First, M>(linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot.measured));
+    of_fused[k] = evidence_of<M>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
+    if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
     log_likelihoods[i] = of_fused[k].log_likelihood;
     if (of_fused[k].nis < nearest) nearest = of_fused[k].nis;
   }
-  Outcome outcome{.verdict = nearest <= gate3_ ? Verdict::Accepted : Verdict::Gated,
+  Outcome outcome{.verdict = nearest <= gates_[M] ? Verdict::Accepted : Verdict::Gated,
                   .nis = of_fused[static_cast<std::size_t>(likeliest(t.bank))].nis,
-                  .dof = 3};
+                  .dof = M};
   // GPS track and biases are the same in all modes: one judges for all.
   const bool referenced = has_reference(t, m.epoch);  // never in the regime without GPS
   const auto count = static_cast<std::size_t>(t.bank.count);
-  std::array<Evidence<3>, ModelSet::max_models> of_gps;
+  std::array<Evidence<M>, ModelSet::max_models> of_gps;
   if (referenced) {
-    const PlotLinearisation l = linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, plot);
-    for (std::size_t k = 0; k < count; ++k) of_gps[k] = evidence_of<3>(t.bank.mode[k], l.H, l.nu, R);
+    const auto l =
+        components<First, M>(linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, plot.measured));
+    for (std::size_t k = 0; k < count; ++k) of_gps[k] = evidence_of<M>(t.bank.mode[k], l.H, l.nu, R);
   }
-  const bool agrees = referenced && of_gps[0].nis <= gate3_ &&
-                      std::ranges::none_of(std::span(of_gps).first(count), &Evidence<3>::singular);
+  const bool agrees = referenced && of_gps[0].nis <= gates_[M] &&
+                      std::ranges::none_of(std::span(of_gps).first(count), &Evidence<M>::singular);
   if (arbitration_.alone_against_gps(t.life, m, referenced && !agrees)) outcome.verdict = Verdict::Gated;
   const bool learns = agrees && knots_ == 0;  // else when the next fixes have come
   const bool follows = outcome.verdict == Verdict::Accepted;
@@ -328,10 +346,10 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
       if (follows) take_beside_gps(t.bank.mode[k], of_fused[k]);
       continue;
     }
-    Mat<9, 3> of_A;
-    if (learns) of_A = of_gps[k].W.middleRows<9>(fused_at);
+    Mat<9, M> of_A = Mat<9, M>::Zero();
+    if (learns) of_A = of_gps[k].W.template middleRows<9>(fused_at);
     if (learns && follows)
-      of_A -= of_fused[k].W.middleRows<9>(fused_at) * in_common(of_fused[k], by_fused[k].H, of_gps[k], R);
+      of_A -= of_fused[k].W.template middleRows<9>(fused_at) * in_common(of_fused[k], by_fused[k].H, of_gps[k], R);
     if (follows) update_track(t.bank.mode[k], first_radar_, of_fused[k]);
     if (learns) update_biases(t.bank.mode[k], first_radar_, of_gps[k], of_A);
   }
@@ -345,8 +363,8 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   }
   if (!follows) return outcome;
   reweigh(t.bank, log_likelihoods);
-  const Evidence<3>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
-  note_innovation<3>(account, shown.nu, shown.S, shown.nis);
+  const Evidence<M>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
+  note_innovation<M>(account, shown.nu, shown.S, shown.nis);
   return outcome;
 }
 

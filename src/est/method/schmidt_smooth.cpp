@@ -35,15 +35,7 @@ void Schmidt::add_knot(Target& t) const {
   t.knot_count = std::min(t.knot_count + 1, knots_);
 }
 
-void Schmidt::release_held(Target& t) const {
-  if (t.knot_count < knots_) return;
-  const auto end = std::ranges::find_if(t.held, [&](const Held& plot) { return plot.epoch > t.knots[1]; });
-  for (auto plot = t.held.begin(); plot != end; ++plot) {
-    if (plot->epoch >= t.knots[0]) learn_between_knots(t, *plot);
-  }
-  t.held.erase(t.held.begin(), end);
-}
-
+template <int First, int M>
 void Schmidt::learn_between_knots(Target& t, const Held& held) const {
   const auto source = static_cast<std::size_t>(held.source);
   const RadarModel& radar = settings_.radars[source];
@@ -58,36 +50,46 @@ void Schmidt::learn_between_knots(Target& t, const Held& held) const {
       motion.segment<3>(3 * part) += between.from(part, k) * x.segment<3>(knot_at(0) + 3 * k) +
                                      between.to(part, k) * x.segment<3>(knot_at(1) + 3 * k);
   }
-  const PlotLinearisation l = linearise_plot(motion, gps_at, x, radar, block, held.plot);
-  Mat<3, 18> H = Mat<3, 18>::Zero();  // by the two knots
-  Mat<3, 3> R = plot_variance(radar, held.plot.elevation_rad).asDiagonal();
+  const auto l = components<First, M>(linearise_plot(motion, gps_at, x, radar, block, held.plot.measured));
+  Mat<M, 18> H = Mat<M, 18>::Zero();  // by the two knots
+  Mat<M, M> R = plot_noise<First, M>(radar, held.plot);
   for (int part = 0; part < 3; ++part) {
-    const Mat<3, 3> J = l.H.of_motion.middleCols<3>(3 * part);
+    const Mat<M, 3> J = l.H.of_motion.template middleCols<3>(3 * part);
     for (int k = 0; k < 3; ++k) {
-      H.middleCols<3>(3 * k) += between.from(part, k) * J;
-      H.middleCols<3>(9 + 3 * k) += between.to(part, k) * J;
-      R += between.noise(part, k) * J * l.H.of_motion.middleCols<3>(3 * k).transpose();
+      H.template middleCols<3>(3 * k) += between.from(part, k) * J;
+      H.template middleCols<3>(9 + 3 * k) += between.to(part, k) * J;
+      R += between.noise(part, k) * J * l.H.of_motion.template middleCols<3>(3 * k).transpose();
     }
   }
   const auto H_bias = l.H.of_radar.leftCols(block.size());
 
-  std::array<Evidence<3>, ModelSet::max_models> evidence;
+  std::array<Evidence<M>, ModelSet::max_models> evidence;
   const auto count = static_cast<std::size_t>(t.bank.count);
   for (std::size_t k = 0; k < count; ++k) {
     const Hypothesis& h = t.bank.mode[k];
-    Evidence<3>& e = evidence[k];
+    Evidence<M>& e = evidence[k];
     e.nu = l.nu;
-    e.W.resize(h.x.size(), 3);
+    e.W.resize(h.x.size(), M);
     e.W = h.P.middleCols<18>(knot_at(0)).lazyProduct(H.transpose());
     e.W += h.P.middleCols(block.at, block.size()).lazyProduct(H_bias.transpose());
-    e.S = H * e.W.middleRows<18>(knot_at(0)) + H_bias.lazyProduct(e.W.middleRows(block.at, block.size())) + R;
+    e.S = H * e.W.template middleRows<18>(knot_at(0)) + H_bias.lazyProduct(e.W.middleRows(block.at, block.size())) + R;
     factorise(e);
   }
   const bool learns =
-      evidence[0].nis <= gate3_ && std::ranges::none_of(std::span(evidence).first(count), &Evidence<3>::singular);
+      evidence[0].nis <= gates_[M] && std::ranges::none_of(std::span(evidence).first(count), &Evidence<M>::singular);
   for (std::size_t k = 0; k < count && learns; ++k)
-    update_biases(t.bank.mode[k], first_radar_, evidence[k], evidence[k].W.middleRows<9>(fused_at));
+    update_biases<M>(t.bank.mode[k], first_radar_, evidence[k], evidence[k].W.template middleRows<9>(fused_at));
   note_learnt(t, held.source, held.epoch, learns);
+}
+
+void Schmidt::release_held(Target& t) const {
+  if (t.knot_count < knots_) return;
+  const auto end = std::ranges::find_if(t.held, [&](const Held& plot) { return plot.epoch > t.knots[1]; });
+  for (auto plot = t.held.begin(); plot != end; ++plot) {
+    if (plot->epoch < t.knots[0]) continue;
+    with_components(plot->plot, [&]<int First, int M>() { learn_between_knots<First, M>(t, *plot); });
+  }
+  t.held.erase(t.held.begin(), end);
 }
 
 }  // namespace downrange

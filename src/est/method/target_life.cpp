@@ -25,6 +25,7 @@ constexpr double decisive = 30;
 }  // namespace
 
 bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second) {
+  if (!tells_position(first.plot) || !tells_position(second.plot)) return false;
   const auto position = [&radar](const Plot& plot) { return radar.site.ecef_of(enu_from_polar(plot.measured)).m; };
   const double range_m = second.plot.measured.range_m;
   const double sigma_m =
@@ -90,7 +91,7 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) con
     const ReceiverLife& receiver = life.receiver;
     const bool fix_is_due =
         receiver.refused_count > 1 && receiver.agreeing_since < receiver.heard && !was_silent(life, plot);
-    return tells_position(plot.measured) && again && !fix_is_due ? Remedy::Restart : Remedy::None;
+    return again && !fix_is_due ? Remedy::Restart : Remedy::None;
   }
   const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
   if (radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
@@ -235,13 +236,10 @@ Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t ma
     S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
     S.diagonal() += variance;
     const Vec<3> nu = plot_residual(known.plot.measured, predicted.q);
-    if (known.plot.range_valid) {
-      sum.chi2 += normalised_square<3>(nu, S);
-      sum.dof += 3;
-    } else {
-      sum.chi2 += normalised_square<2>(Vec<2>(nu.tail<2>()), Mat<2, 2>(S.bottomRightCorner<2, 2>()));
-      sum.dof += 2;
-    }
+    sum.chi2 += with_components(known.plot, [&]<int First, int M>() {
+      sum.dof += M;
+      return normalised_square<M>(Vec<M>(nu.segment<M>(First)), Mat<M, M>(S.block<M, M>(First, First)));
+    });
   }
   return sum;
 }

@@ -6,33 +6,28 @@
 #include <string>
 
 namespace downrange {
-namespace {
-
-/// Up to the last radar that measures positions: what stands behind it has no track.
-int tracks_of(const std::vector<RadarModel>& radars) {
-  const auto last = std::find_if(radars.rbegin(), radars.rend(),
-                                 [](const RadarModel& radar) { return measures_position(radar.sigma); });
-  return static_cast<int>(radars.rend() - last);
-}
-
-}  // namespace
 
 template <class Rule>
 TrackLevel<Rule>::TrackLevel(MethodSettings settings)
-    : align_(std::move(settings), true),
-      tracks_(tracks_of(align_.settings().radars)),
-      gate3_(chi2_quantile(align_.settings().arbitration.gate_probability, 3)) {
-  if (tracks_ > max_fused_tracks) {
+    : align_(std::move(settings), true), gate3_(chi2_quantile(align_.settings().arbitration.gate_probability, 3)) {
+  const std::vector<RadarModel>& radars = align_.settings().radars;
+  track_of_.resize(radars.size(), -1);
+  for (std::size_t i = 0; i < radars.size(); ++i) {
+    if (!measures_position(radars[i].sigma)) continue;
+    track_of_[i] = static_cast<int>(radar_of_.size());
+    radar_of_.push_back(static_cast<int>(i));
+  }
+  if (radar_of_.size() > max_fused_tracks) {
     throw std::invalid_argument("track-level fusion takes at most " + std::to_string(max_fused_tracks) +
-                                " radars, found " + std::to_string(tracks_));
+                                " radars, found " + std::to_string(radar_of_.size()));
   }
 }
 
 template <class Rule>
 typename TrackLevel<Rule>::State TrackLevel<Rule>::initial() const {
   const Target idle{.epoch = {},
-                    .rule = Rule(tracks_),
-                    .contributed = std::vector<Time>(static_cast<std::size_t>(tracks_)),
+                    .rule = Rule(static_cast<int>(radar_of_.size())),
+                    .contributed = std::vector<Time>(radar_of_.size()),
                     .data_epoch = {},
                     .fused = {}};
   State s;
@@ -66,20 +61,20 @@ Outcome TrackLevel<Rule>::apply(State& state, const Measurement& m) const {
 
 template <class Rule>
 Outcome TrackLevel<Rule>::apply_plot(State& state, const Measurement& m) const {
-  if (!tells_position(m.measured)) return {};
-  const auto radar = static_cast<std::size_t>(m.source);
+  const int track = track_of_[static_cast<std::size_t>(m.source)];
+  if (track < 0 || !tells_position(m.measured)) return {};
   Target& t = state.targets[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = state.accounts[radar];
+  SourceAccount& account = state.accounts[static_cast<std::size_t>(m.source)];
 
   const TimedPosition z = align_.compensated(state.align, m);
   const bool refused = align_.is_refused(state.align, m);
   const auto start_by_plot = [&] {
     start_target(t, m.epoch, started_from(z, settings().start.sigma_velocity_m_s));
-    t.contributed[radar] = m.epoch;
+    t.contributed[static_cast<std::size_t>(track)] = m.epoch;
   };
   Outcome outcome{.verdict = refused ? Verdict::Gated : Verdict::Accepted, .nis = 0, .dof = 0};
   if (t.started) {
-    outcome = update(t, account, m, z, refused);
+    outcome = update(t, account, m, z, track, refused);
   } else if (!refused) {
     start_by_plot();
   }
@@ -90,22 +85,22 @@ Outcome TrackLevel<Rule>::apply_plot(State& state, const Measurement& m) const {
   }
   const Remedy remedy = align_.rejected(state.align, m, outcome.verdict);
   if (remedy == Remedy::Restart) start_by_plot();
-  if (remedy == Remedy::OpenBias) t.rule.designate(m.source);  // its track starts anew
+  if (remedy == Remedy::OpenBias) t.rule.designate(track);  // its track starts anew
   return outcome;
 }
 
 template <class Rule>
 Outcome TrackLevel<Rule>::update(Target& t, SourceAccount& account, const Measurement& m, const TimedPosition& z,
-                                 bool refused) const {
-  const auto radar = static_cast<std::size_t>(m.source);
+                                 int track, bool refused) const {
+  const auto slot = static_cast<std::size_t>(track);
   advance(t, m.epoch);
   if (refused) return {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
-  if (silent(t, radar)) t.rule.designate(m.source);
-  const auto u = t.rule.update(m.source, z.z, z.R, gate3_);
+  if (silent(t, slot)) t.rule.designate(track);
+  const auto u = t.rule.update(track, z.z, z.R, gate3_);
   const Outcome outcome{.verdict = u.verdict, .nis = u.nis, .dof = 3};
   if (outcome.verdict != Verdict::Accepted) return outcome;
   note_innovation(account, u.innovation, u.S, u.nis);
-  t.contributed[radar] = t.data_epoch = m.epoch;
+  t.contributed[slot] = t.data_epoch = m.epoch;
   t.nis = outcome.nis;
   std::uint64_t live = 0;
   for (std::size_t i = 0; i < t.contributed.size(); ++i)
@@ -137,7 +132,8 @@ std::optional<TrackEstimate> TrackLevel<Rule>::fused(const State& state, int tar
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.started) return std::nullopt;
   TrackEstimate e = estimate_at(t.fused, t.data_epoch, at.value_or(t.data_epoch), settings().cartesian_fusion.q_m2_s3);
-  e.sources = recent_sources(t.contributed, t.data_epoch);
+  const std::uint64_t tracks = recent_sources(t.contributed, t.data_epoch);
+  for (std::size_t i = 0; i < radar_of_.size(); ++i) e.sources |= (tracks >> i & 1) << radar_of_[i];
   e.nis = t.nis;
   e.nis_dof = 3;
   return e;

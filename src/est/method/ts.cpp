@@ -51,9 +51,7 @@ Ts<N>::Ts(MethodSettings settings)
                                     });
                                   })),
       step_(layout_.size),
-      gate2_(chi2_quantile(settings_.arbitration.gate_probability, 2)),
-      gate3_(chi2_quantile(settings_.arbitration.gate_probability, 3)),
-      gate6_(chi2_quantile(settings_.arbitration.gate_probability, 6)) {
+      gates_(settings_.arbitration.gate_probability) {
   if (settings_.radars.size() > max_radars)
     throw std::invalid_argument("method ts takes at most " + std::to_string(max_radars) + " radars");
 }
@@ -250,7 +248,7 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   const Fix& fix = fix_of(m);
   const Vec<N> x = compensated_mean(t.track, s.bias);
-  const auto use = [&]<int M>(double gate) {
+  const auto use = [&]<int M>() {
     Vec<M> nu;
     nu.template head<3>() = fix.position.m;
     if constexpr (M == 6) nu.template tail<3>() = fix.velocity.m_s;
@@ -261,10 +259,10 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
       nu.template head<3>() -= x.template tail<3>();
       H.template topRightCorner<3, 3>().setIdentity();
     }
-    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gate));
+    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gates_[M]));
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
-  return with_velocity ? use.template operator()<6>(gate6_) : use.template operator()<3>(gate3_);
+  return with_velocity ? use.template operator()<6>() : use.template operator()<3>();
 }
 
 template <int N>
@@ -281,14 +279,12 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
   H.template leftCols<9>() = predicted.d_motion;
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, bias_term_count> C(3, block.terms);
   for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
-  const Vec<3> variance = plot_variance(radar, plot.measured.elevation_rad);
-  const auto use = [&]<int M>(double gate) {
-    const Mat<M, M> R = variance.template tail<M>().asDiagonal();
-    return outcome_of<M>(s.accounts[source],
-                         update(s.bias, t.track, Vec<M>(nu.template tail<M>()), Mat<M, N>(H.template bottomRows<M>()),
-                                C.template bottomRows<M>(), block.at, R, gate));
-  };
-  return plot.range_valid ? use.template operator()<3>(gate3_) : use.template operator()<2>(gate2_);
+  return with_components(plot, [&]<int First, int M>() {
+    return outcome_of<M>(
+        s.accounts[source],
+        update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)), Mat<M, N>(H.template middleRows<M>(First)),
+               C.template middleRows<M>(First), block.at, plot_noise<First, M>(radar, plot), gates_[M]));
+  });
 }
 
 template <int N>

@@ -3,6 +3,7 @@
 ///
 /// Every band comes with its false-alarm rate: the probability with which a filter that is right falls outside.
 
+#include <array>
 #include <bitset>
 #include <downrange/est/filter/gaussian.hpp>
 #include <limits>
@@ -11,6 +12,19 @@ namespace downrange {
 
 /// x with P(chi2(dof) <= x) = probability; infinity for probability 1. dof >= 1, 0 < probability <= 1. Boost.Math.
 [[nodiscard]] double chi2_quantile(double probability, int dof);
+
+/// The quantiles of one probability by degrees of freedom, 1 to 6: gates of measurements of different size.
+class Gates {
+ public:
+  explicit Gates(double probability) {
+    for (int dof = 1; dof < static_cast<int>(quantile_.size()); ++dof)
+      quantile_[static_cast<std::size_t>(dof)] = chi2_quantile(probability, dof);
+  }
+  [[nodiscard]] double operator[](int dof) const { return quantile_[static_cast<std::size_t>(dof)]; }
+
+ private:
+  std::array<double, 7> quantile_{};
+};
 
 /// e' P^-1 e: the NIS of an innovation with S, the NEES of an error with P; chi2(N) where P is right. NaN where P is
 /// not positive definite, so that no comparison calls it inside.

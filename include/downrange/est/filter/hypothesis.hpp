@@ -50,8 +50,8 @@ struct BiasLayout {
 };
 
 [[nodiscard]] BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first);
-/// What holds until the first fix: tight priors, no sez_offset, slow angle errors: the radar's own or the regime's,
-/// whichever are larger.
+/// What holds until the first fix: tight priors, no sez_offset, slow angle errors where angles are measured: the
+/// radar's own or the regime's, whichever are larger.
 [[nodiscard]] BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime,
                                                  int first);
 
@@ -178,11 +178,35 @@ void apply_evidence(Hypothesis& h, const Evidence<M>& e) {
   subtract_product(h.P, e.W, e.W);
 }
 
-/// Jacobian and residual of a plot for the motion at `motion_at` (nine states) and the bias block of its radar.
-struct PlotLinearisation {
-  BlockJacobian<3> H;
-  Vec<3> nu;
+/// Jacobian and residual of M components of a plot for the motion at `motion_at` (nine states) and the bias block of
+/// its radar.
+template <int M>
+struct Linearisation {
+  BlockJacobian<M> H;
+  Vec<M> nu;
 };
+using PlotLinearisation = Linearisation<3>;
+
+/// The M components from First on.
+template <int First, int M>
+[[nodiscard]] Linearisation<M> components(const PlotLinearisation& plot) {
+  Linearisation<M> l;
+  l.nu = plot.nu.segment<M>(First);
+  l.H.motion_at = plot.H.motion_at;
+  l.H.motion_size = plot.H.motion_size;
+  l.H.of_motion = plot.H.of_motion.middleRows<M>(First);
+  l.H.radar_at = plot.H.radar_at;
+  l.H.radar_size = plot.H.radar_size;
+  l.H.of_radar = plot.H.of_radar.middleRows<M>(First);
+  return l;
+}
+
+/// The noise of the M components from First on of a plot.
+template <int First, int M>
+[[nodiscard]] Mat<M, M> plot_noise(const RadarModel& radar, const Plot& plot) {
+  return plot_variance(radar, plot.measured.elevation_rad).segment<M>(First).asDiagonal();
+}
+
 /// For the motion given (position, velocity, acceleration), which stands at `motion_at`, and the bias in `x`.
 [[nodiscard]] PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x,
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);

@@ -17,9 +17,10 @@ namespace downrange {
 ///  9-11  slowly varying GPS error (m, first-order Gauss-Markov): fix = position + error + noise
 ///  12-   per radar the terms of its BiasModel; measured(t) = true(t - time tag) + bias
 ///
-/// Plots are used as measured (range, azimuth, elevation), linearised at the bias-compensated prediction: linearising
-/// at the plot drifts 20-30 % off the bound. A target that starts takes over the biases that another one has found by
-/// GPS. Until a target's first fix the regime is another (NoGpsRegime); it is left once, when two fixes agree.
+/// Plots are used as measured (range, azimuth, elevation, or what there is of them), linearised at the bias-compensated
+/// prediction: linearising at the plot drifts 20-30 % off the bound. A target that starts takes over the biases that
+/// another one has found by GPS. Until a target's first fix the regime is another (NoGpsRegime); it is left once, when
+/// two fixes agree.
 class Joint {
  public:
   static constexpr int motion_at = 0;
@@ -101,9 +102,7 @@ class Joint {
   ModelSet manoeuvring_;
   BiasLayout layout_;
   BiasLayout layout_without_gps_;
-  double gate2_;
-  double gate3_;
-  double gate6_;
+  Gates gates_;
   mutable Bank scratch_;  ///< of the interaction; nothing is remembered in it
 };
 

@@ -45,10 +45,10 @@ using MethodMaker = std::unique_ptr<Method> (*)(const MethodSettings& settings);
 
 /// What a method takes. A configuration that asks for more is refused.
 struct MethodCapabilities {
-  int most_radars = 64;       ///< that measure range
-  unsigned kinematics = 0;    ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
-  bool smoothed_gps = false;  ///< align.gps_reference = "smooth" means something to it
-  bool angles_only = false;   ///< uses angles-only trackers; else it passes over their plots
+  int most_radars = 64;
+  unsigned kinematics = 0;     ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
+  bool smoothed_gps = false;   ///< align.gps_reference = "smooth" means something to it
+  bool partial_plots = false;  ///< uses range alone and angles alone (of trackers too); else it passes over such plots
 
   [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {
     return 1U << static_cast<unsigned>(kinematics);

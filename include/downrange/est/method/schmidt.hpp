@@ -3,6 +3,7 @@
 /// section 4). For ranges whose radar track must stay independent of telemetry.
 
 #include <array>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/method/method.hpp>
 #include <downrange/est/method/source_checks.hpp>
@@ -49,7 +50,7 @@ class Schmidt {
   struct Held {
     Time epoch;
     int source = 0;
-    Polar plot;
+    Plot plot;
   };
   struct Target {
     bool has_state = false;    ///< the bank is sized and holds the biases
@@ -106,12 +107,15 @@ class Schmidt {
   void tie_fused_to_bias(Target& t) const;
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
   void start_fused_by(Target& t, const Measurement& plot) const;
+  /// Where no radar tells a position by itself: where GPS is, to a kilometre, so that the track stays the radars'.
+  void start_fused_near_gps(Target& t) const;
   void start_gps(Target& t, const Measurement& m) const;
   [[nodiscard]] static int knot_at(int knot) { return knots_at + 9 * knot; }
   static void forget_knots(Target& t);
   void add_knot(Target& t) const;
   void release_held(Target& t) const;
   /// The bias by GPS between the two oldest knots.
+  template <int First, int M>
   void learn_between_knots(Target& t, const Held& plot) const;
   void note_learnt(Target& t, int source, Time epoch, bool learnt) const;
   void advance(Target& t, Time to) const;
@@ -126,8 +130,9 @@ class Schmidt {
   void believe(Target& t, const Measurement& fix) const;
   void unite(Target& t, const Measurement& fix) const;
   template <int M>
-  Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m, double gate) const;
+  Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
+  template <int First, int M>
   Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
 
   MethodSettings settings_;
@@ -136,10 +141,10 @@ class Schmidt {
   MotionModel gps_model_;
   int knots_;
   int first_radar_;
+  bool starts_near_gps_;
   BiasLayout layout_;
   BiasLayout layout_without_gps_;
-  double gate3_;
-  double gate6_;
+  Gates gates_;
   mutable Bank scratch_;  ///< of the interaction; nothing is remembered in it
 };
 

@@ -35,7 +35,7 @@ struct TimedFix {
   Time epoch = never;
   Fix fix;
 };
-/// Two plots of one vehicle, not an outlier and whatever came before it.
+/// Two plots that tell positions, of one vehicle: not an outlier and whatever came before it.
 [[nodiscard]] bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const TimedPlot& second);
 
 /// How often a bias may be opened again: not while the last time was in vain.

@@ -28,7 +28,7 @@ class TrackLevel {
     bool started = false;
     Time epoch;  ///< of the rule's tracks: the newest plot, accepted or not
     Rule rule;
-    std::vector<Time> contributed;  ///< last accepted plot per radar
+    std::vector<Time> contributed;  ///< last accepted plot per track
     Time data_epoch;                ///< newest accepted plot
     Gaussian<6> fused;              ///< at data_epoch
     double nis = 0;
@@ -39,7 +39,7 @@ class TrackLevel {
     std::vector<SourceAccount> accounts;
   };
 
-  /// Throws std::invalid_argument for more than max_fused_tracks radars; angles-only trackers are not used.
+  /// Throws std::invalid_argument for more than max_fused_tracks radars that tell positions; others have no track.
   explicit TrackLevel(MethodSettings settings);
 
   [[nodiscard]] State initial() const;
@@ -63,15 +63,17 @@ class TrackLevel {
  private:
   Outcome apply_plot(State& state, const Measurement& m) const;
   /// `refused`: GPS does not allow the plot.
-  Outcome update(Target& t, SourceAccount& account, const Measurement& m, const TimedPosition& z, bool refused) const;
+  Outcome update(Target& t, SourceAccount& account, const Measurement& m, const TimedPosition& z, int track,
+                 bool refused) const;
   static void start_target(Target& t, Time epoch, const Gaussian<6>& x);
   void advance(Target& t, Time to) const;
-  [[nodiscard]] static bool silent(const Target& t, std::size_t radar) {
-    return t.epoch - t.contributed[radar] > silent_after;
+  [[nodiscard]] static bool silent(const Target& t, std::size_t track) {
+    return t.epoch - t.contributed[track] > silent_after;
   }
 
   CartesianAlign align_;
-  int tracks_;  ///< of the first radars, to the last one that measures positions
+  std::vector<int> radar_of_;  ///< by track
+  std::vector<int> track_of_;  ///< by source; -1: none
   double gate3_;
 };
 

@@ -96,9 +96,7 @@ class Ts {
   BiasLayout layout_;
   bool drifts_;
   mutable typename Shared::Step step_;  ///< nothing is remembered in it
-  double gate2_;
-  double gate3_;
-  double gate6_;
+  Gates gates_;
 };
 
 extern template class Ts<9>;

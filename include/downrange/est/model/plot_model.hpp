@@ -3,6 +3,7 @@
 
 #include <downrange/est/model/bias_terms.hpp>
 #include <downrange/est/model/matrix.hpp>
+#include <downrange/est/model/measured.hpp>
 #include <downrange/est/model/sensors.hpp>
 
 namespace downrange {
@@ -23,6 +24,15 @@ struct PredictedPlot {
 
 /// The plot as it would be without air; unchanged for a radar whose refraction is not modelled.
 [[nodiscard]] Polar without_refraction(const RadarModel& radar, const Polar& plot);
+
+/// Calls `use.operator()<First, M>()`: of (range, azimuth, elevation) the plot has the M components from First on, all
+/// three, the angles alone or the range alone. It has one part at least.
+template <class Use>
+auto with_components(const Plot& plot, const Use& use) {
+  if (!plot.range_valid) return use.template operator()<1, 2>();
+  if (!plot.angles_valid) return use.template operator()<0, 1>();
+  return use.template operator()<0, 3>();
+}
 
 /// Plot minus prediction, angles wrapped.
 [[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
