@@ -243,6 +243,21 @@ Section radar_section() {
              "instrument noise in azimuth, 1-sigma; required where angles are measured"),
       number("sigma_elevation_deg", at(&R::sigma, &PolarSigma::elevation_rad), {1e-6, 20}, optional,
              "instrument noise in elevation, 1-sigma; likewise"),
+      number(
+          "sigma_range_rate_m_s", at(&R::sigma_range_rate_m_s), {0, 1e4}, optional,
+          "noise of range rate, 1-sigma, what is not known of its offset included (joint, schmidt, ts); 0: not used"),
+      number(
+          "snr_ref_db", at(&R::snr, &SnrNoise::ref_db), {-100, 200}, optional,
+          "signal-to-noise ratio of the next four: variance = sigma^2 + sigma_at_snr_ref^2 * 10^((snr_ref - snr)/10); "
+          "a plot without it counts as one of this ratio"),
+      number("sigma_range_at_snr_ref_m", at(&R::snr, &SnrNoise::at_ref, &PolarSigma::range_m), {0, 1e5}, optional,
+             "noise of range by the signal; 0: none"),
+      number("sigma_azimuth_at_snr_ref_deg", at(&R::snr, &SnrNoise::at_ref, &PolarSigma::azimuth_rad), {0, 20},
+             optional, "likewise of azimuth"),
+      number("sigma_elevation_at_snr_ref_deg", at(&R::snr, &SnrNoise::at_ref, &PolarSigma::elevation_rad), {0, 20},
+             optional, "likewise of elevation"),
+      number("sigma_range_rate_at_snr_ref_m_s", at(&R::snr, &SnrNoise::range_rate_at_ref_m_s), {0, 1e4}, optional,
+             "likewise of range rate"),
       number("range_min_m", at(&R::range_min_m), {0, huge}, optional, "plots nearer than this are rejected"),
       number("range_max_m", at(&R::range_max_m), {1, huge}, optional, "plots farther than this are rejected"),
   };

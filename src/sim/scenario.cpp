@@ -113,6 +113,8 @@ RadarScenario read_sensor(TomlSection& toml, const RadarConfig& known, const Sce
   radar.sigma = {ranging ? toml.number("sigma_range_m", from_zero, known.sigma.range_m) : 0,
                  toml.number("sigma_azimuth_deg", from_zero, known.sigma.azimuth_rad / deg) * deg,
                  toml.number("sigma_elevation_deg", from_zero, known.sigma.elevation_rad / deg) * deg};
+  radar.sigma_range_rate_m_s = ranging ? toml.number("sigma_range_rate_m_s", from_zero, 0) : 0;
+  radar.range_rate_offset_m_s = ranging ? toml.number("range_rate_offset_m_s", any, 0) : 0;
   radar.rate_hz = toml.number("rate_hz", rate, known.rate_hz);
   radar.phase_s = toml.number("phase_ms", {0, 1000 / radar.rate_hz}, 0) / 1000;
   radar.track = read_window(toml, "track_from_s", "track_to_s", {scenario.start_s, scenario.end_s});

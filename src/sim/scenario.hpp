@@ -53,6 +53,8 @@ struct RadarScenario {
   Site site;
   MeasuredParts measures{};  ///< as the range has it: what it does not measure is not valid in its plots
   PolarSigma sigma;
+  double sigma_range_rate_m_s = 0;  ///< 0: plots carry no range rate
+  double range_rate_offset_m_s = 0;
   double rate_hz = 10;
   double phase_s = 0;  ///< plots are stamped at lift-off + phase + k / rate
   Window track;

@@ -143,6 +143,21 @@ Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias, const Atm
           q.elevation_rad + bias.offset.elevation_rad + bias.scale[2] * q.elevation_rad};
 }
 
+double true_range_rate(const RadarScenario& radar, const RadarBias& bias, const score::TruthFunction& truth, Time t) {
+  RadarBias displacement;  // what acts before the instrument's own errors
+  displacement.sez_offset_m = bias.sez_offset_m;
+  displacement.sez_scale = bias.sez_scale;
+  const Atmosphere atmosphere = atmosphere_over(radar.site.geodetic(), radar.refractivity);
+  constexpr double step_s = 0.01;
+  const auto state = truth(t);
+  if (!state) return 0;
+  const Eigen::Vector3d step_m = step_s * state->velocity.m_s;
+  const auto range_at = [&](double sign) {
+    return biased(radar.site.enu_of({state->position.m + sign * step_m}), displacement, atmosphere).range_m;
+  };
+  return (range_at(1) - range_at(-1)) / (2 * step_s);
+}
+
 RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, const score::TruthFunction& truth,
                         std::uint64_t seed) {
   RadarRun run{draw_bias(radar, seed), {}, {}};
@@ -150,6 +165,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
   RandomStream slow(seed, stream_name("radar/coloured", radar.id));
   RandomStream faults(seed, stream_name("radar/faults", radar.id));
   RandomStream network(seed, stream_name("radar/network", radar.id));
+  RandomStream doppler(seed, stream_name("radar/range_rate", radar.id));
   const double step_s = 1 / radar.rate_hz;
   ColouredNoise slow_azimuth(slow, radar.coloured_angle_sigma_rad, radar.coloured_angle_tau_s, step_s);
   ColouredNoise slow_elevation(slow, radar.coloured_angle_sigma_rad, radar.coloured_angle_tau_s, step_s);
@@ -167,6 +183,7 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
     const Polar outlier_error{outlier_size(faults, radar.outlier_range_m),
                               outlier_size(faults, radar.outlier_angle_rad),
                               outlier_size(faults, radar.outlier_angle_rad)};
+    const double range_rate_noise = radar.sigma_range_rate_m_s * doppler.normal();
     const double delay_s = radar.latency_s + radar.latency_jitter_s * network.uniform(-1, 1);
 
     const Time true_time = scenario.liftoff + seconds(t_s - run.bias.time_tag_s);
@@ -201,6 +218,11 @@ RadarRun simulate_radar(const RadarScenario& radar, const Scenario& scenario, co
       plot.measured.elevation_rad += fault.elevation_offset_rad;
     }
     plot.measured.azimuth_rad = wrap_two_pi(plot.measured.azimuth_rad);
+    plot.range_rate_valid = radar.sigma_range_rate_m_s > 0;
+    if (plot.range_rate_valid)
+      plot.range_rate_m_s =
+          true_range_rate(radar, run.bias, truth, true_time) + radar.range_rate_offset_m_s + range_rate_noise;
+    plot.snr_valid = true;
     plot.snr_db = 20 - 20 * std::log10(q.range_m / 1e6);  // beacon: one-way loss, 20 dB at 1 000 km
     plot.range_valid = radar.measures.range;
     plot.azimuth_valid = plot.elevation_valid = radar.measures.angles;

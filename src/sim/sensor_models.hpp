@@ -21,6 +21,10 @@ namespace downrange::sim {
 /// displaced, its echo refracted, then the polar terms act. Azimuth in [0, 2 pi).
 [[nodiscard]] Polar biased(const Displacement<Enu>& true_enu, const RadarBias& bias, const Atmosphere& atmosphere = {});
 
+/// How fast the range of a target grows at `t`, displaced and refracted as in `biased`; polar terms do not touch it.
+[[nodiscard]] double true_range_rate(const RadarScenario& radar, const RadarBias& bias,
+                                     const score::TruthFunction& truth, Time t);
+
 struct RadarRun {
   RadarBias bias;
   std::vector<RadarTspi> plots;                  ///< sequences from 1

@@ -16,6 +16,12 @@ std::shared_ptr<const RefractionTable> refraction_of(const Sensor& sensor) {
   return std::make_shared<RefractionTable>(atmosphere_over(sensor.site.geodetic(), sensor.refractivity));
 }
 
+SnrNoise inflated(SnrNoise snr, double angle) {
+  snr.at_ref.azimuth_rad *= angle;
+  snr.at_ref.elevation_rad *= angle;
+  return snr;
+}
+
 MethodSettings settings_of(const RangeConfig& config) {
   MethodSettings s;
   s.radars = radar_models(config);
@@ -46,6 +52,8 @@ std::vector<RadarModel> radar_models(const RangeConfig& config) {
                       .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
                       .bias = bias_model_of(radar),
                       .wander = radar.wander,
+                      .sigma_range_rate_m_s = radar.sigma_range_rate_m_s,
+                      .snr = inflated(radar.snr, angle),
                       .refraction = refraction_of(radar)});
   }
   for (const AngleSensorConfig& sensor : config.angle_sensors) {

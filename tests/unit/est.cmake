@@ -20,6 +20,7 @@ downrange_test(est_allocation_test ${CMAKE_CURRENT_LIST_DIR}/est_allocation_test
 downrange_test(est_pseudo_measurement_test ${CMAKE_CURRENT_LIST_DIR}/est_pseudo_measurement_test.cpp LIBS downrange_est downrange_experiment)
 downrange_test(est_two_stage_test ${CMAKE_CURRENT_LIST_DIR}/est_two_stage_test.cpp LIBS downrange_est downrange_experiment)
 downrange_test(est_partial_plots_test ${CMAKE_CURRENT_LIST_DIR}/est_partial_plots_test.cpp LIBS downrange_est)
+downrange_test(est_range_rate_test ${CMAKE_CURRENT_LIST_DIR}/est_range_rate_test.cpp LIBS downrange_est)
 downrange_test(est_target_life_test ${CMAKE_CURRENT_LIST_DIR}/est_target_life_test.cpp LIBS downrange_est)
 downrange_test(est_ts_test ${CMAKE_CURRENT_LIST_DIR}/est_ts_test.cpp LIBS downrange_est)
 downrange_test(est_hypothesis_test ${CMAKE_CURRENT_LIST_DIR}/est_hypothesis_test.cpp LIBS downrange_est)

@@ -211,7 +211,7 @@ TEST(Joint, UpdateIsTheInformationFilters) {
     const RadarModel& model = f.settings.radars[static_cast<std::size_t>(radar)];
     const RadarBlock& block = joint.layout(state.targets[0]).radars[static_cast<std::size_t>(radar)];
     const auto predicted = [&](const Eigen::VectorXd& x) { return predict_plot(model, x.head<9>(), block.bias(x)).q; };
-    const Vec<3> sigma = plot_variance(model, 0.5).cwiseSqrt();
+    const Vec<3> sigma = plot_variance(model, Plot{.measured = {0, 0, 0.5}}).cwiseSqrt();
     const Vec<3> q = predicted(prior.x) + sigma.cwiseProduct(Vec<3>(0.7, -0.4, 1.1));
     Measurement m;
     m.epoch = state.targets[0].epoch;

@@ -92,7 +92,7 @@ TEST(Schmidt, APlotCorrectsTheFusedTrackAndTheBiasesAsTheConsiderFilterDoes) {
   const Eigen::Index n = f.mode().x.size();
   for (int source = 0; source < 2; ++source) {
     const RadarModel& radar = f.schmidt.settings().radars[static_cast<std::size_t>(source)];
-    const Vec<3> sigma = plot_variance(radar, 0.5).cwiseSqrt();
+    const Vec<3> sigma = plot_variance(radar, Plot{.measured = {0, 0, 0.5}}).cwiseSqrt();
     const Vec<3> q = predicted(f, source, Schmidt::fused_at, f.mode().x) + sigma.cwiseProduct(Vec<3>(0.7, -0.4, 1.1));
     Measurement m;
     m.epoch = f.epoch();
@@ -211,7 +211,7 @@ double left_of_bias(const Flight& f) {
     const Polar& p = planted[radar];
     const Polar biased{q.range_m + p.range_m, q.azimuth_rad + p.azimuth_rad, q.elevation_rad + p.elevation_rad};
     square += plot_residual(biased, predict_plot(model, motion, bias).q)
-                  .cwiseQuotient(plot_variance(model, q.elevation_rad).cwiseSqrt())
+                  .cwiseQuotient(plot_variance(model, Plot{.measured = q}).cwiseSqrt())
                   .squaredNorm() /
               6;
   }

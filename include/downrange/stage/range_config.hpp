@@ -67,6 +67,8 @@ struct RadarConfig {
   Site site;
   MeasuredParts measures;             ///< one of them at least; what it does not measure is not taken of its plots
   PolarSigma sigma;                   ///< instrument noise, 1-sigma, of what it measures
+  double sigma_range_rate_m_s = 0;    ///< 0: its range rate is not used
+  SnrNoise snr{};                     ///< what is added where the signal is weak
   double angle_inflation = 4;         ///< on the angle variances, for slow pointing errors (est/THEORY.md section 4a)
   PointingWander wander{};            ///< the same as states of joint and schmidt, where they are known
   bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)

@@ -178,6 +178,22 @@ PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eige
   return l;
 }
 
+Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const MotionModel& model,
+                                      const RadarModel& radar, const RadarBlock& block, const Plot& plot) {
+  Vec<9> motion = h.x.segment<9>(motion_at);
+  motion.tail<3>() = acceleration(model, motion);
+  const PredictedRangeRate predicted = predict_range_rate(radar, motion, block.bias(h.x));
+  Linearisation<1> l;
+  l.nu[0] = plot.range_rate_m_s - predicted.m_s;
+  l.H.motion_at = motion_at;
+  l.H.of_motion.leftCols<9>() = predicted.d_motion;
+  l.H.radar_at = block.at;
+  l.H.radar_size = block.size();
+  for (int i = 0; i < block.terms; ++i)
+    l.H.of_radar[i] = predicted.d_bias[index(block.term[static_cast<std::size_t>(i)])];
+  return l;
+}
+
 void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block) {
   // h(p, b) = q: dp/db = -(dh/dp)^-1 dh/db. At the radar's own place, and straight above it, dh/dp says nothing.
   const PlotLinearisation l = linearise_plot(h, motion_at, MotionModel{}, radar, block, Polar{});

@@ -61,11 +61,11 @@ class Bound::Impl {
       }
       return;
     }
-    const Polar plot = plot_of(m.measured).measured;
+    const Plot plot = plot_of(m.measured);
     const auto source = static_cast<std::size_t>(m.source);
     const RadarModel& radar = settings_.radars[source];
-    const PlotLinearisation l = linearise_plot(h_, motion_at, model_, radar, layout_.radars[source], plot);
-    add_information<3>(l.H, plot_variance(radar, plot.elevation_rad).asDiagonal());
+    const PlotLinearisation l = linearise_plot(h_, motion_at, model_, radar, layout_.radars[source], plot.measured);
+    add_information<3>(l.H, plot_variance(radar, plot).asDiagonal());
   }
 
   [[nodiscard]] Mat<9, 9> track() const { return h_.P.block<9, 9>(motion_at, motion_at); }

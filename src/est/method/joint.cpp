@@ -261,14 +261,22 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Plot plot = plot_of(m.measured);
-  return with_components(plot, [&]<int First, int M>() {
-    return update<M>(t, s.accounts[source], plot_noise<First, M>(radar, plot), gates_[M],
-                     [&](const Hypothesis& h, const MotionModel& model) {
-                       const auto l =
-                           components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
-                       return std::pair(l.H, l.nu);
-                     });
+  SourceAccount& account = s.accounts[source];
+  const Outcome outcome = with_components(plot, [&]<int First, int M>() {
+    return update<M>(
+        t, account, plot_noise<First, M>(radar, plot), gates_[M], [&](const Hypothesis& h, const MotionModel& model) {
+          const auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
+          return std::pair(l.H, l.nu);
+        });
   });
+  if (!uses_range_rate(radar, plot)) return outcome;
+  // Judged by itself: neither takes the other along when it is wrong.
+  note_part(account, update<1>(t, account, Mat<1, 1>(range_rate_variance(radar, plot)), gates_[1],
+                               [&](const Hypothesis& h, const MotionModel& model) {
+                                 const auto l = linearise_range_rate(h, motion_at, model, radar, block, plot);
+                                 return std::pair(l.H, l.nu);
+                               }));
+  return outcome;
 }
 
 std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::optional<Time> at) const {

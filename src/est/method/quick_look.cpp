@@ -30,7 +30,7 @@ void RadarTracker::start(State& state, int, Time epoch, const Gaussian<9>& estim
 Outcome RadarTracker::apply(State& state, const Measurement& m) const {
   const TimedPlot now{.epoch = m.epoch, .plot = plot_of(m.measured)};
   const Polar& plot = now.plot.measured;
-  const Vec<3> sigma = plot_variance(*radar_, plot.elevation_rad).cwiseSqrt();
+  const Vec<3> sigma = plot_variance(*radar_, now.plot).cwiseSqrt();
   const ConvertedMeasurement z = convert_unbiased(without_refraction(*radar_, plot), {sigma[0], sigma[1], sigma[2]});
   const Mat<3, 3> axes = line_of_sight_axes<3>(z.z.m);
   const Vec<3> sigma_m = (axes.transpose() * z.R * axes).diagonal().cwiseSqrt();

@@ -261,8 +261,11 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   }
   Outcome outcome;
   if (t.fused_started) {
-    outcome = with_components(plot_of(m.measured),
-                              [&]<int First, int M>() { return correct<First, M>(t, s.accounts[source], m); });
+    const Plot plot = plot_of(m.measured);
+    SourceAccount& account = s.accounts[source];
+    outcome = with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m); });
+    if (uses_range_rate(settings_.radars[source], plot))
+      note_part(account, update_by_range_rate(t, account, source, plot));
   } else if (gps_refuses(t, m)) {
     outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
@@ -295,10 +298,10 @@ bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
   if (!has_reference(t, plot.epoch)) return false;
   const auto source = static_cast<std::size_t>(plot.source);
   const RadarModel& radar = settings_.radars[source];
-  const Polar polar = plot_of(plot.measured).measured;
+  const Plot seen = plot_of(plot.measured);
   const PlotLinearisation l =
-      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], polar);
-  const Mat<3, 3> R = plot_variance(radar, polar.elevation_rad).asDiagonal();
+      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], seen.measured);
+  const Mat<3, 3> R = plot_variance(radar, seen).asDiagonal();
   return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gates_[3]);
 }
 
@@ -365,6 +368,38 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   reweigh(t.bank, log_likelihoods);
   const Evidence<M>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
   note_innovation<M>(account, shown.nu, shown.S, shown.nis);
+  return outcome;
+}
+
+Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot) const {
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout(t).radars[source];
+  const Mat<1, 1> R(range_rate_variance(radar, plot));
+  std::array<Evidence<1>, ModelSet::max_models> evidence;
+  Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto l = linearise_range_rate(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot);
+    evidence[k] = evidence_of<1>(t.bank.mode[k], l.H, l.nu, R);
+    if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 1};
+    log_likelihoods[i] = evidence[k].log_likelihood;
+    if (evidence[k].nis < nearest) nearest = evidence[k].nis;
+  }
+  const Evidence<1>& shown = evidence[static_cast<std::size_t>(likeliest(t.bank))];
+  const Outcome outcome{
+      .verdict = nearest <= gates_[1] ? Verdict::Accepted : Verdict::Gated, .nis = shown.nis, .dof = 1};
+  if (outcome.verdict != Verdict::Accepted) return outcome;
+  note_innovation<1>(account, shown.nu, shown.S, shown.nis);
+  for (int i = 0; i < t.bank.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (t.without_gps) {
+      take_beside_gps(t.bank.mode[k], evidence[k]);
+    } else {
+      update_track(t.bank.mode[k], first_radar_, evidence[k]);
+    }
+  }
+  reweigh(t.bank, log_likelihoods);
   return outcome;
 }
 

@@ -68,9 +68,13 @@ std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
   return mask;
 }
 
+void note_part(SourceAccount& account, const Outcome& outcome) {
+  const bool tested = outcome.verdict == Verdict::Accepted || outcome.verdict == Verdict::Gated;
+  if (tested && outcome.dof > 0) account.mismatch.add(outcome.nis, outcome.dof);
+}
+
 void count(SourceAccount& account, const Outcome& outcome) {
-  const bool weighed = outcome.verdict == Verdict::Accepted || outcome.verdict == Verdict::Gated;
-  if (weighed && outcome.dof > 0) account.mismatch.add(outcome.nis, outcome.dof);
+  note_part(account, outcome);
   switch (outcome.verdict) {
     case Verdict::Accepted:
       ++account.accepted;

@@ -230,7 +230,7 @@ Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t ma
     }
     const PredictedPlot predicted = predict_plot(radar, then, prior);
     const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
-    Vec<3> variance = plot_variance(radar, known.plot.measured.elevation_rad);
+    Vec<3> variance = plot_variance(radar, known.plot);
     variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
     Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
     S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();

@@ -92,7 +92,7 @@ void Ts<N>::restart_by(State& s, const Measurement& m) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout_.radars[source];
-  const Polar plot = plot_of(m.measured).measured;
+  const Plot plot = plot_of(m.measured);
   const Vec<bias_term_count> bias = block.bias(s.bias.mean());
   Gaussian<9> motion = first_motion(m, settings_, bias);
   PredictedPlot predicted;
@@ -100,7 +100,7 @@ void Ts<N>::restart_by(State& s, const Measurement& m) const {
   for (int step = 0; step < newton_steps; ++step) {
     predicted = predict_plot(radar, motion.mean, bias);
     d_position = predicted.d_motion.leftCols<3>().inverse();
-    motion.mean.head<3>() += d_position * plot_residual(plot, predicted.q);
+    motion.mean.head<3>() += d_position * plot_residual(plot.measured, predicted.q);
   }
   // Given b the plot's noise is all that is wrong, and where the target was within a time tag of unknown size.
   double tau_variance = 0;
@@ -108,9 +108,8 @@ void Ts<N>::restart_by(State& s, const Measurement& m) const {
     if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
       tau_variance = std::pow(block.prior_sigma()[i], 2);
   }
-  motion.cov.topLeftCorner<3, 3>() =
-      d_position * plot_variance(radar, plot.elevation_rad).asDiagonal() * d_position.transpose() +
-      tau_variance * motion.cov.block<3, 3>(3, 3);
+  motion.cov.topLeftCorner<3, 3>() = d_position * plot_variance(radar, plot).asDiagonal() * d_position.transpose() +
+                                     tau_variance * motion.cov.block<3, 3>(3, 3);
   restart(t, m.epoch, motion);
   for (int i = 0; i < block.terms; ++i) {
     const Vec<3> per_bias = -d_position * predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
@@ -279,12 +278,29 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
   H.template leftCols<9>() = predicted.d_motion;
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, bias_term_count> C(3, block.terms);
   for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
-  return with_components(plot, [&]<int First, int M>() {
-    return outcome_of<M>(
-        s.accounts[source],
-        update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)), Mat<M, N>(H.template middleRows<M>(First)),
-               C.template middleRows<M>(First), block.at, plot_noise<First, M>(radar, plot), gates_[M]));
+  SourceAccount& account = s.accounts[source];
+  const Outcome outcome = with_components(plot, [&]<int First, int M>() {
+    return outcome_of<M>(account, update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)),
+                                         Mat<M, N>(H.template middleRows<M>(First)), C.template middleRows<M>(First),
+                                         block.at, plot_noise<First, M>(radar, plot), gates_[M]));
   });
+  if (uses_range_rate(radar, plot)) note_part(account, update_by_range_rate(s, t, source, plot));
+  return outcome;
+}
+
+template <int N>
+Outcome Ts<N>::update_by_range_rate(State& s, Target& t, std::size_t source, const Plot& plot) const {
+  const RadarModel& radar = settings_.radars[source];
+  const RadarBlock& block = layout_.radars[source];
+  const Vec<9> motion = compensated_mean(t.track, s.bias).template head<9>();
+  const PredictedRangeRate predicted = predict_range_rate(radar, motion, block.bias(s.bias.mean()));
+  Mat<1, N> H = Mat<1, N>::Zero();
+  H.template leftCols<9>() = predicted.d_motion;
+  Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, bias_term_count> C(1, block.terms);
+  for (int i = 0; i < block.terms; ++i) C[i] = predicted.d_bias[index(block.term[static_cast<std::size_t>(i)])];
+  const Vec<1> nu(plot.range_rate_m_s - predicted.m_s);
+  return outcome_of<1>(s.accounts[source], update(s.bias, t.track, nu, H, C, block.at,
+                                                  Mat<1, 1>(range_rate_variance(radar, plot)), gates_[1]));
 }
 
 template <int N>

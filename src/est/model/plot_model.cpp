@@ -8,6 +8,13 @@ namespace {
 
 /// Above 89.4 degrees of elevation the azimuth says nothing: its noise grows no further.
 constexpr double least_cos_elevation = 0.01;
+/// Signals are told apart within this of the reference.
+constexpr double most_db = 100;
+
+/// Noise at the reference -> factor on its variance.
+double fading(const SnrNoise& noise, const Plot& plot) {
+  return plot.snr_valid ? std::pow(10, std::clamp(noise.ref_db - plot.snr_db, -most_db, most_db) / 10) : 1;
+}
 
 }  // namespace
 
@@ -53,6 +60,44 @@ PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion, const 
   return plot;
 }
 
+PredictedRangeRate predict_range_rate(const RadarModel& radar, const Vec<9>& motion, const Vec<bias_term_count>& bias) {
+  const auto part = [&bias](BiasTerm first) -> Vec<3> { return bias.segment<3>(static_cast<Eigen::Index>(first)); };
+  const double tau = bias[static_cast<Eigen::Index>(BiasTerm::TimeTag)];
+  const Vec<3> a = motion.tail<3>();
+  const Vec<3> v = motion.segment<3>(3) - tau * a;
+  const Vec<3> p = motion.head<3>() - tau * motion.segment<3>(3) + tau * tau / 2 * a;
+  // All in the site's SEZ axes: the displaced target d moves by w.
+  const Mat<3, 3>& R_sez_ecef = radar.site.R_sez_ecef().R;
+  const Vec<3> scale = Vec<3>::Ones() + part(BiasTerm::ScaleSouth);
+  const Vec<3> d_true = R_sez_ecef * (p - radar.site.ecef().m);
+  const Vec<3> v_true = R_sez_ecef * v;
+  const Vec<3> d = scale.cwiseProduct(d_true) + part(BiasTerm::OffsetSouth);
+  const Vec<3> w = scale.cwiseProduct(v_true);
+  const double range = d.norm();
+  const Vec<3> u = d / range;
+  const double rate = u.dot(w);
+  const Vec<3> across = (w - rate * u) / range;  // d rate / d d
+
+  PredictedRangeRate predicted;
+  predicted.m_s = rate;
+  if (radar.refraction) {
+    const Mat<3, 3> R_enu_sez = sez_from_enu().R.transpose();
+    const Displacement<Enu> d_enu{R_enu_sez * d};
+    const Polar polar = polar_from_enu(d_enu);
+    const RefractionTable::Value air = radar.refraction->at_true(polar.range_m, polar.elevation_rad);
+    const Vec<3> polar_rate = d_polar_d_enu(d_enu) * (R_enu_sez * w);
+    predicted.m_s += air.d_range.range_m * polar_rate[0] + air.d_elevation.range_m * polar_rate[2];
+  }
+  const Mat<1, 3> by_position = scale.cwiseProduct(across).transpose() * R_sez_ecef;
+  const Mat<1, 3> by_velocity = scale.cwiseProduct(u).transpose() * R_sez_ecef;
+  predicted.d_motion << by_position, by_velocity - tau * by_position, tau * tau / 2 * by_position - tau * by_velocity;
+  const auto columns = [&](BiasTerm first) { return predicted.d_bias.middleCols<3>(static_cast<Eigen::Index>(first)); };
+  columns(BiasTerm::OffsetSouth) = across.transpose();
+  columns(BiasTerm::ScaleSouth) = (across.cwiseProduct(d_true) + u.cwiseProduct(v_true)).transpose();
+  predicted.d_bias[static_cast<Eigen::Index>(BiasTerm::TimeTag)] = -by_position.dot(v) - by_velocity.dot(a);
+  return predicted;
+}
+
 Polar without_refraction(const RadarModel& radar, const Polar& plot) {
   if (!radar.refraction) return plot;
   const Refraction air = radar.refraction->at_measured(plot.range_m, plot.elevation_rad);
@@ -63,9 +108,18 @@ Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted) {
   return {plot.range_m - predicted[0], wrap_pi(plot.azimuth_rad - predicted[1]), plot.elevation_rad - predicted[2]};
 }
 
-Vec<3> plot_variance(const RadarModel& radar, double elevation_rad) {
-  const double on_sky = radar.azimuth_sigma_on_sky ? std::max(std::cos(elevation_rad), least_cos_elevation) : 1;
-  return Vec<3>(radar.sigma.range_m, radar.sigma.azimuth_rad / on_sky, radar.sigma.elevation_rad).cwiseAbs2();
+Vec<3> plot_variance(const RadarModel& radar, const Plot& plot) {
+  const double on_sky =
+      radar.azimuth_sigma_on_sky ? std::max(std::cos(plot.measured.elevation_rad), least_cos_elevation) : 1;
+  const auto squares = [on_sky](const PolarSigma& sigma) -> Vec<3> {
+    return Vec<3>(sigma.range_m, sigma.azimuth_rad / on_sky, sigma.elevation_rad).cwiseAbs2();
+  };
+  return squares(radar.sigma) + fading(radar.snr, plot) * squares(radar.snr.at_ref);
+}
+
+double range_rate_variance(const RadarModel& radar, const Plot& plot) {
+  return std::pow(radar.sigma_range_rate_m_s, 2) +
+         fading(radar.snr, plot) * std::pow(radar.snr.range_rate_at_ref_m_s, 2);
 }
 
 }  // namespace downrange

@@ -204,7 +204,7 @@ template <int First, int M>
 /// The noise of the M components from First on of a plot.
 template <int First, int M>
 [[nodiscard]] Mat<M, M> plot_noise(const RadarModel& radar, const Plot& plot) {
-  return plot_variance(radar, plot.measured.elevation_rad).segment<M>(First).asDiagonal();
+  return plot_variance(radar, plot).segment<M>(First).asDiagonal();
 }
 
 /// For the motion given (position, velocity, acceleration), which stands at `motion_at`, and the bias in `x`.
@@ -212,6 +212,10 @@ template <int First, int M>
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
 [[nodiscard]] PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model,
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
+
+/// The same of its range rate.
+[[nodiscard]] Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const MotionModel& model,
+                                                    const RadarModel& radar, const RadarBlock& block, const Plot& plot);
 
 /// Several hypotheses under the models of a set, with their probabilities: interacting multiple models (Blom,
 /// Bar-Shalom 1988) over the whole state vector.

@@ -132,6 +132,8 @@ class Schmidt {
   template <int M>
   Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
+  /// The fused track alone: what is not known of the biases is considered.
+  Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot) const;
   template <int First, int M>
   Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
 

@@ -50,6 +50,10 @@ struct LastFix {
 /// wrong model they are the evidence.
 void count(SourceAccount& account, const Outcome& outcome);
 
+/// A part of a plot that is judged by itself, its range rate, tells the mismatch alarm likewise; the message's verdict
+/// is that of its position.
+void note_part(SourceAccount& account, const Outcome& outcome);
+
 /// The innovation of an accepted measurement, with its covariance, into the running statistics.
 template <int M>
 void note_innovation(SourceAccount& account, const Vec<M>& nu, const Mat<M, M>& S, double nis) {

@@ -22,6 +22,24 @@ struct PredictedPlot {
 [[nodiscard]] PredictedPlot predict_plot(const RadarModel& radar, const Vec<9>& motion,
                                          const Vec<bias_term_count>& bias);
 
+/// A predicted range rate and its Jacobians.
+struct PredictedRangeRate {
+  double m_s = 0;
+  Mat<1, 9> d_motion = Mat<1, 9>::Zero();
+  Mat<1, bias_term_count> d_bias = Mat<1, bias_term_count>::Zero();
+};
+
+/// How fast the range of `predict_plot` grows at that instant, of the same displaced target through the same air; polar
+/// offsets and scales do not touch it. That the air's part changes with motion and bias is left out of the Jacobians:
+/// it is some cm/s above 10 degrees of elevation, some m/s at the horizon.
+[[nodiscard]] PredictedRangeRate predict_range_rate(const RadarModel& radar, const Vec<9>& motion,
+                                                    const Vec<bias_term_count>& bias);
+
+/// The method uses the plot's range rate.
+[[nodiscard]] inline bool uses_range_rate(const RadarModel& radar, const Plot& plot) {
+  return plot.range_rate_valid && radar.sigma_range_rate_m_s > 0;
+}
+
 /// The plot as it would be without air; unchanged for a radar whose refraction is not modelled.
 [[nodiscard]] Polar without_refraction(const RadarModel& radar, const Polar& plot);
 
@@ -37,7 +55,10 @@ auto with_components(const Plot& plot, const Use& use) {
 /// Plot minus prediction, angles wrapped.
 [[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
 
-/// Diagonal of the noise covariance of a plot at that elevation.
-[[nodiscard]] Vec<3> plot_variance(const RadarModel& radar, double elevation_rad);
+/// Diagonal of the noise covariance of a plot, by its elevation and signal-to-noise ratio (a plot that does not tell it
+/// has that of the reference).
+[[nodiscard]] Vec<3> plot_variance(const RadarModel& radar, const Plot& plot);
+/// Likewise of its range rate, (m/s)^2.
+[[nodiscard]] double range_rate_variance(const RadarModel& radar, const Plot& plot);
 
 }  // namespace downrange

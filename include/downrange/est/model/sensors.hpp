@@ -17,6 +17,14 @@ struct PointingWander {
   double tau_s = 30;
 };
 
+/// How a plot's noise grows as its signal fades: variance = sigma^2 + at_ref^2 * 10^((ref_db - snr) / 10), sigma being
+/// what remains of a strong signal.
+struct SnrNoise {
+  double ref_db = 0;
+  PolarSigma at_ref{};  ///< 0: this does not depend on the signal
+  double range_rate_at_ref_m_s = 0;
+};
+
 /// One radar, or one angles-only tracker, as the filters see it.
 struct RadarModel {
   Site site;
@@ -27,6 +35,8 @@ struct RadarModel {
   /// Terms of joint, schmidt and ts; song2015 and the track-level rules always use their own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
   PointingWander wander{};
+  double sigma_range_rate_m_s = 0;  ///< 0: the range rate of its plots is not used
+  SnrNoise snr{};
   std::shared_ptr<const RefractionTable> refraction =
       nullptr;  ///< of the air over the site; none: plots are free of it
 };
