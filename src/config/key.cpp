@@ -28,6 +28,7 @@ constexpr std::array units{
     Unit{"_deg", "deg", degree},
     Unit{"_ms", "ms", 1e-3},
     Unit{"_hz", "Hz", 1},
+    Unit{"_db", "dB", 1},
     Unit{"_s", "s", 1},
     Unit{"_m", "m", 1},
     Unit{"_n", "N-units", 1},

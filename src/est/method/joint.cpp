@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "bias_word.hpp"
+#include "told.hpp"
 
 namespace downrange {
 Joint::Joint(MethodSettings settings)
@@ -282,35 +282,16 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
 std::optional<TrackEstimate> Joint::fused(const State& state, int target, std::optional<Time> at) const {
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.started) return std::nullopt;
-  TrackEstimate e;
-  e.epoch = at.value_or(t.data_epoch);
-  e.data_epoch = t.data_epoch;
-  e.size = models(t).model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
-  const Gaussian<9> x = combined_motion(t.bank, models(t), motion_at, (e.epoch - t.epoch).seconds());
-  e.mean = x.mean;
-  e.cov = x.cov;
-  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
-  e.nis = t.nis;
-  e.nis_dof = t.nis_dof;
-  return e;
+  return track_of(t, models(t), motion_at, at);
 }
 
 BiasEstimate Joint::bias(const State& state, int radar) const {
   const auto r = static_cast<std::size_t>(radar);
   const Target* best = best_informed(state.targets, r, [](const Target& t) { return t.started; });
   if (best == nullptr) return {};
-  const RadarBlock& block = layout(*best).radars[r];
   const Radar& known = best->radars[r];
-  BiasEstimate b = combined_bias(best->bank, block);
-  b.epoch = known.epoch;
-  b.samples = known.samples;
-  b.reference = known.referenced ? BiasReference::Gps : BiasReference::None;
   const bool frozen = known.referenced && known.epoch - known.updated > settings_.gps.max_age;
-  if (!known.referenced && known.samples > 0 && others_contribute(best->radars, r)) {
-    b.reference = BiasReference::CrossRadar;
-  }
-  b.state = bias_states(b, block.prior_sigma(), frozen);
-  return b;
+  return bias_known_by(*best, layout(*best).radars[r], r, known.referenced, frozen);
 }
 
 }  // namespace downrange

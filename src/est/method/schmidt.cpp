@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "bias_word.hpp"
 #include "consider.hpp"
+#include "told.hpp"
 
 namespace downrange {
 Schmidt::Schmidt(MethodSettings settings)
@@ -406,17 +406,7 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
 std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std::optional<Time> at) const {
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.fused_started) return std::nullopt;
-  TrackEstimate e;
-  e.epoch = at.value_or(t.data_epoch);
-  e.data_epoch = t.data_epoch;
-  e.size = models_.model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
-  const Gaussian<9> x = combined_motion(t.bank, models_, fused_at, (e.epoch - t.epoch).seconds());
-  e.mean = x.mean;
-  e.cov = x.cov;
-  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
-  e.nis = t.nis;
-  e.nis_dof = t.nis_dof;
-  return e;
+  return track_of(t, models_, fused_at, at);
 }
 
 std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
@@ -438,22 +428,12 @@ BiasEstimate Schmidt::bias(const State& state, int radar) const {
   const auto r = static_cast<std::size_t>(radar);
   const Target* best = best_informed(state.targets, r, [](const Target& t) { return t.has_state; });
   if (best == nullptr) return {};
-  const RadarBlock& block = layout(*best).radars[r];
   const Radar& known = best->radars[r];
-  BiasEstimate b = combined_bias(best->bank, block);
-  b.epoch = known.epoch;
-  b.samples = known.samples;
-  if (!best->without_gps) {
-    b.reference = known.samples > 0 ? BiasReference::Gps : BiasReference::None;
-  } else if (known.samples > 0 && others_contribute(best->radars, r)) {
-    b.reference = BiasReference::CrossRadar;
-  }
+  const bool by_gps = !best->without_gps && known.samples > 0;
   // A plot that waits for fixes has not lost its reference.
   const bool referenced =
       knots_ > 0 ? has_reference(*best, known.epoch) : known.epoch - known.updated <= settings_.gps.max_age;
-  const bool frozen = !best->without_gps && known.samples > 0 && !referenced;
-  b.state = bias_states(b, block.prior_sigma(), frozen);
-  return b;
+  return bias_known_by(*best, layout(*best).radars[r], r, by_gps, by_gps && !referenced);
 }
 
 }  // namespace downrange

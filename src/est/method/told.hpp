@@ -1,0 +1,68 @@
+#pragma once
+/// What joint and schmidt tell of their targets, which hold each radar's bias once per target: whose word on a radar
+/// counts.
+
+#include <cstddef>
+#include <downrange/est/filter/hypothesis.hpp>
+#include <downrange/est/method/target_life.hpp>
+#include <utility>
+
+namespace downrange {
+
+/// Of the targets that have `started`, one with GPS before one without, then the one that saw the radar last; null:
+/// none.
+template <class Targets, class Started>
+[[nodiscard]] const typename Targets::value_type* best_informed(const Targets& targets, std::size_t radar,
+                                                                Started started) {
+  const typename Targets::value_type* best = nullptr;
+  const auto rank = [radar](const auto& t) { return std::pair(!t.without_gps, t.radars[radar].epoch); };
+  for (const auto& t : targets) {
+    if (started(t) && (best == nullptr || rank(t) > rank(*best))) best = &t;
+  }
+  return best;
+}
+
+/// Has any radar but this one had plots accepted?
+template <class Radars>
+[[nodiscard]] bool others_contribute(const Radars& radars, std::size_t radar) {
+  for (std::size_t other = 0; other < radars.size(); ++other) {
+    if (other != radar && radars[other].samples > 0) return true;
+  }
+  return false;
+}
+
+/// The bias of one radar as `target` knows it; `by_gps`: GPS is what it was found by.
+template <class Target>
+[[nodiscard]] BiasEstimate bias_known_by(const Target& target, const RadarBlock& block, std::size_t radar, bool by_gps,
+                                         bool frozen) {
+  const auto& known = target.radars[radar];
+  BiasEstimate b = combined_bias(target.bank, block);
+  b.epoch = known.epoch;
+  b.samples = known.samples;
+  if (by_gps) {
+    b.reference = BiasReference::Gps;
+  } else if (known.samples > 0 && others_contribute(target.radars, radar)) {
+    b.reference = BiasReference::CrossRadar;
+  }
+  b.state = bias_states(b, block.prior_sigma(), frozen);
+  return b;
+}
+
+/// The target's track at `at`, or at its newest data: the motion at `motion_at` of its bank.
+template <class Target>
+[[nodiscard]] TrackEstimate track_of(const Target& target, const ModelSet& models, int motion_at,
+                                     std::optional<Time> at) {
+  TrackEstimate e;
+  e.epoch = at.value_or(target.data_epoch);
+  e.data_epoch = target.data_epoch;
+  e.size = models.model[0].noise == MotionModel::Noise::WhiteAcceleration ? 6 : 9;
+  const Gaussian<9> x = combined_motion(target.bank, models, motion_at, (e.epoch - target.epoch).seconds());
+  e.mean = x.mean;
+  e.cov = x.cov;
+  e.sources = Arbitration::recent_radars(target.life, target.data_epoch);
+  e.nis = target.nis;
+  e.nis_dof = target.nis_dof;
+  return e;
+}
+
+}  // namespace downrange
