@@ -25,11 +25,7 @@ void Residuals::note(SourceId source, int target, const Observation& o, const Me
   if (const auto* fix = std::get_if<Fix>(&o.measured)) {
     s = squares(*fix, *track);
   } else {
-    const auto* plot = std::get_if<Plot>(&o.measured);
-    const auto* angles = std::get_if<Angles>(&o.measured);
-    const Polar measured = plot != nullptr ? plot->measured : Polar{0, angles->azimuth_rad, angles->elevation_rad};
-    const bool with_range = plot != nullptr && plot->range_valid;
-    s = squares(radars_[static_cast<std::size_t>(source)], measured, with_range, *track, method.bias(source));
+    s = squares(radars_[static_cast<std::size_t>(source)], plot_of(o.measured), *track, method.bias(source));
   }
   ++account.samples;
   account.newest = o.epoch;
@@ -50,15 +46,15 @@ Residuals::Squares Residuals::squares(const Fix& fix, const TrackEstimate& track
           .expected_m2 = (track.cov.topLeftCorner<3, 3>().trace() + noise) / 3};
 }
 
-Residuals::Squares Residuals::squares(const RadarModel& radar, const Polar& measured, bool with_range,
-                                      const TrackEstimate& track, const BiasEstimate& bias) const {
+Residuals::Squares Residuals::squares(const RadarModel& radar, const Plot& plot, const TrackEstimate& track,
+                                      const BiasEstimate& bias) const {
   Vec<9> motion = Vec<9>::Zero();
   motion.head(track.size) = track.mean.head(track.size);
   Vec<bias_term_count> value = Vec<bias_term_count>::Zero();
   for (int i = 0; i < bias.terms; ++i) value[static_cast<int>(bias.term[static_cast<std::size_t>(i)])] = bias.value[i];
   const PredictedPlot predicted = predict_plot(radar, motion, value);
-  const Vec<3> nu = plot_residual(measured, predicted.q);
-  Vec<3> variance = plot_variance(radar, measured.elevation_rad);
+  const Vec<3> nu = plot_residual(plot.measured, predicted.q);
+  Vec<3> variance = plot_variance(radar, plot);
   Mat<9, 9> P = Mat<9, 9>::Zero();
   P.topLeftCorner(track.size, track.size) = track.cov.topLeftCorner(track.size, track.size);
   variance += (predicted.d_motion * P * predicted.d_motion.transpose()).diagonal();
@@ -69,10 +65,13 @@ Residuals::Squares Residuals::squares(const RadarModel& radar, const Polar& meas
       variance += bias.cov(i, k) * row.cwiseProduct(column);
     }
   }
-  const double on_sky = std::cos(measured.elevation_rad) * std::cos(measured.elevation_rad);
-  Squares s{.rad2 = (nu[1] * nu[1] * on_sky + nu[2] * nu[2]) / 2,
-            .expected_rad2 = (variance[1] * on_sky + variance[2]) / 2};
-  if (with_range) {
+  Squares s;
+  if (plot.angles_valid) {
+    const double on_sky = std::cos(plot.measured.elevation_rad) * std::cos(plot.measured.elevation_rad);
+    s.rad2 = (nu[1] * nu[1] * on_sky + nu[2] * nu[2]) / 2;
+    s.expected_rad2 = (variance[1] * on_sky + variance[2]) / 2;
+  }
+  if (plot.range_valid) {
     s.m2 = nu[0] * nu[0];
     s.expected_m2 = variance[0];
   }

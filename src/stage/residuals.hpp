@@ -46,8 +46,8 @@ class Residuals {
     Squares mean;
   };
   [[nodiscard]] Squares squares(const Fix& fix, const TrackEstimate& track) const;
-  [[nodiscard]] Squares squares(const RadarModel& radar, const Polar& measured, bool with_range,
-                                const TrackEstimate& track, const BiasEstimate& bias) const;
+  [[nodiscard]] Squares squares(const RadarModel& radar, const Plot& plot, const TrackEstimate& track,
+                                const BiasEstimate& bias) const;
 
   std::vector<RadarModel> radars_;
   std::vector<Account> accounts_;  ///< by SourceId
