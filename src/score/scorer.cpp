@@ -144,8 +144,8 @@ void add_consistency(const std::vector<HealthSample>& health, SourceScore& score
   double heard_s = 0;
   std::uint64_t last = 0;
   for (const HealthSample& h : health) {
-    if (h.weighed > last) ++heard_s;
-    last = h.weighed;
+    if (h.judged > last) ++heard_s;
+    last = h.judged;
   }
   score.nis_independent = heard_s / alike_for_s;
   score.nis_band = honest_band(score.nis_inside_95, score.nis_independent);
