@@ -1,8 +1,10 @@
 #include "experiment/experiment.hpp"
 
 #include <algorithm>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -11,6 +13,7 @@
 #include "config/load.hpp"
 #include "experiment/faults.hpp"
 #include "experiment/flights.hpp"
+#include "experiment/honesty.hpp"
 #include "experiment/report.hpp"
 #include "fault_options.hpp"
 #include "progress.hpp"
@@ -22,6 +25,7 @@ namespace {
 constexpr std::string_view all = "all";
 constexpr std::string_view flights = "flights";
 constexpr std::string_view faults = "faults";
+constexpr std::string_view honesty = "honesty";
 
 struct Options {
   std::string name;
@@ -38,16 +42,33 @@ struct Options {
   OutputFiles files;
 };
 
-/// Those of the papers, then the recorded flights that `folder` has.
+std::vector<experiment::flights::RecordedFlight> load_flights(const std::filesystem::path& folder) {
+  std::vector<experiment::flights::RecordedFlight> loaded;
+  for (const std::string& flight : flights_in(folder)) loaded.push_back(load_flight(folder, flight));
+  return loaded;
+}
+
+/// With the CPU time that it took, of all threads.
+experiment::ExperimentResult timed(const std::function<experiment::ExperimentResult()>& run) {
+  const std::clock_t begin = std::clock();
+  experiment::ExperimentResult result = run();
+  const double hours = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / 3600;
+  result.notes.push_back("CPU time: " + experiment::number_text(hours, 3) + " h.");
+  return result;
+}
+
+/// Those of the papers, then those that want the recorded flights that `folder` has.
 std::vector<experiment::Experiment> all_experiments(const std::filesystem::path& folder) {
   std::vector<experiment::Experiment> experiments = experiment::experiments();
-  const auto fly = [folder](const experiment::ExperimentOptions& options) {
-    std::vector<experiment::flights::RecordedFlight> loaded;
-    for (const std::string& flight : flights_in(folder)) loaded.push_back(load_flight(folder, flight));
-    return experiment::run_flights(options, loaded);
-  };
+  experiments.push_back(
+      {honesty, "covariance against error over many seeds of four profiles, with GPS and without (two of them --data)",
+       experiment::honesty_runs, experiment::honesty_methods(), [folder](const experiment::ExperimentOptions& options) {
+         return timed([&] { return experiment::run_honesty(options, load_flights(folder)); });
+       }});
   experiments.push_back({flights, "recorded flights (--data): position, biases, gate, sources switched off", 0,
-                         experiment::flight_methods(), fly});
+                         experiment::flight_methods(), [folder](const experiment::ExperimentOptions& options) {
+                           return experiment::run_flights(options, load_flights(folder));
+                         }});
   return experiments;
 }
 
@@ -131,8 +152,8 @@ void check_options(const Options& o) {
                                "recorded flights are flown as they were: nothing is drawn");
   if (o.name != faults && (!o.faults.empty() || !o.only.empty()))
     throw CLI::ValidationError(o.faults.empty() ? "--only" : "--faults", "only experiment faults plays a catalogue");
-  if (o.name != flights && o.name != all && !o.data.empty())
-    throw CLI::ValidationError("--data", "only experiment flights reads recorded flights");
+  if (o.name != flights && o.name != honesty && o.name != all && !o.data.empty())
+    throw CLI::ValidationError("--data", "only experiment flights and honesty read recorded flights");
 }
 
 /// Whether `folder` has flights; says so where `all` goes on without them. Throws std::runtime_error where flights were
@@ -155,7 +176,8 @@ std::vector<experiment::Experiment> chosen_experiments(const Options& o, const s
   for (const experiment::Experiment& e : all_experiments(folder)) {
     if (o.name != all && o.name != e.name) continue;
     check_methods(e, o.methods);
-    if (e.name != flights || has_flights(o, folder)) chosen.push_back(e);
+    const bool asked_for_flights = e.name == flights || (e.name == honesty && o.name == honesty && !o.data.empty());
+    if (!asked_for_flights || has_flights(o, folder)) chosen.push_back(e);
   }
   return chosen;
 }
@@ -163,7 +185,7 @@ std::vector<experiment::Experiment> chosen_experiments(const Options& o, const s
 /// That outputs can be written, as far as it can be known. Throws std::runtime_error.
 void check_outputs(const Options& o, const std::filesystem::path& folder) {
   std::vector<std::string> inputs;
-  if (o.name == flights || o.name == all) {
+  if (o.name == flights || o.name == honesty || o.name == all) {
     for (const std::string& flight : flights_in(folder))
       for (std::string& file : files_of_flight(folder, flight)) inputs.push_back(std::move(file));
   }
@@ -209,7 +231,7 @@ void add_experiment(CLI::App& app, Run& run) {
   command->add_option(
       "--data", o->data,
       "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout, which "
-      "experiment flights needs: mappings and range are there)");
+      "experiment flights needs and honesty can use: mappings and range are there)");
   command->add_option("--runs", o->runs, "Monte Carlo runs (default: as many as the figures are stated for)")
       ->check(CLI::Range(1, 1'000'000));
   command->add_option("--seed", o->seed, "Draw everything from this seed (default: 1)");

@@ -1,0 +1,71 @@
+#pragma once
+/// Are the covariances of the fused track honest: many seeds of named profiles through the service's engine, everything
+/// drawn from what the configuration assumes (est/THEORY.md section 4a).
+
+#include <cstdint>
+#include <downrange/stage/range_config.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiment/experiment.hpp"
+#include "experiment/flights_replay.hpp"
+#include "score/errors.hpp"
+#include "score/truth.hpp"
+
+namespace downrange::experiment {
+
+namespace honesty {
+
+/// Seconds of one entry of Track::share.
+inline constexpr double bin_s = 10;
+
+/// What is flown: a truth at a range, with nothing of its sensors fixed but their settings.
+struct Profile {
+  std::string name;
+  RangeConfig range;
+  Name target;
+  Time liftoff;
+  double end_s = 0;  ///< of the flight, after lift-off
+  score::TruthFunction truth;
+};
+
+/// Two radars at Naro: the launch of est/THEORY.md section 10 from lift-off on, and a satellite at 400 km.
+[[nodiscard]] Profile launch_profile();
+[[nodiscard]] Profile orbit_pass_profile();
+/// The truth of a recorded flight at its range, with everything drawn anew.
+[[nodiscard]] Profile profile_of(const flights::RecordedFlight& flight);
+
+/// Position errors of the primary method on ticks twice a second, of one or more seeds.
+struct Track {
+  score::Share inside;                     ///< the 95 % region
+  std::vector<score::Share> share{};       ///< the same in bins of 10 s from lift-off
+  std::vector<score::Squares> error{};     ///< likewise; metres
+  std::vector<score::Squares> promised{};  ///< likewise: the trace of the covariance
+  score::Squares nees;                     ///< its sum and count: mean NEES is sum / count
+  score::Squares position;                 ///< metres
+  std::vector<double> shares{};            ///< of each seed that has a track
+  int without_track = 0;                   ///< seeds
+
+  Track& operator+=(const Track& other);
+  [[nodiscard]] double nees_per_dof() const { return nees.sum / static_cast<double>(nees.count) / 3; }
+  /// Of the mean of the seeds' shares.
+  [[nodiscard]] double standard_error() const;
+};
+
+/// The true bias of a radar is drawn from the prior that is in force with or without GPS, as its wander is; white noise
+/// has the sigma that the filter is told, inflation included; GPS has the configured noise and the slow error of the
+/// filter's model. Nothing is late by more than 0.3 s, nothing is lost.
+[[nodiscard]] Track fly(const Profile& profile, bool gps, std::uint64_t seed);
+
+}  // namespace honesty
+
+/// launch and orbit_pass, and the truths of `recorded`. Throws std::invalid_argument for a method that is not compared.
+[[nodiscard]] ExperimentResult run_honesty(const ExperimentOptions& options,
+                                           std::span<const flights::RecordedFlight> recorded);
+
+/// The one that is compared: the service's default.
+[[nodiscard]] const std::vector<std::string>& honesty_methods();
+inline constexpr int honesty_runs = 200;
+
+}  // namespace downrange::experiment

@@ -1,0 +1,75 @@
+/// The honesty experiment: the same on any number of threads, drawn from what is assumed, and it tells a lie from the
+/// truth.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiment/honesty.hpp"
+#include "experiment/report.hpp"
+
+namespace downrange::experiment {
+namespace {
+
+using namespace honesty;
+
+Profile short_launch() {
+  Profile profile = launch_profile();
+  profile.end_s = 100;
+  return profile;
+}
+
+Track flown(const Profile& profile, bool gps, int seeds) {
+  Track track;
+  for (int i = 0; i < seeds; ++i) track += fly(profile, gps, 100 + static_cast<std::uint64_t>(i));
+  return track;
+}
+
+TEST(Honesty, ASeedFliesTheSameTwiceAndAnotherDiffers) {
+  const Track one = fly(short_launch(), true, 7);
+  const Track two = fly(short_launch(), true, 7);
+  EXPECT_GT(one.inside.count, 100);
+  EXPECT_EQ(one.position.sum, two.position.sum);
+  EXPECT_EQ(one.nees.sum, two.nees.sum);
+  EXPECT_NE(one.position.sum, fly(short_launch(), true, 8).position.sum);
+  EXPECT_NE(one.position.sum, fly(short_launch(), false, 7).position.sum);
+}
+
+TEST(Honesty, AMotionThatNoModelHasIsSeen) {
+  // GPS alone, as the range says it is; then a vehicle that moves as no model has it.
+  Profile honest = short_launch();
+  honest.range.radars.resize(1);
+  honest.range.radars[0].range_max_m = 1;  // no plot
+  const double share = flown(honest, true, 4).inside.value();
+  EXPECT_GT(share, 0.8);
+  Profile told = honest;
+  told.truth = [truth = honest.truth, honest_liftoff = honest.liftoff](Time t) {
+    auto state = truth(t);
+    if (state) state->position.m.x() += 40 * std::sin((t - honest_liftoff).seconds());
+    return state;
+  };
+  EXPECT_LT(flown(told, true, 4).inside.value(), share - 0.2);
+}
+
+TEST(Honesty, RunsOfAllProfilesDoNotDependOnThreads) {
+  ExperimentOptions options;
+  options.runs = 2;
+  options.seed = 3;
+  options.jobs = 1;
+  const ExperimentResult one = run_honesty(options, {});
+  options.jobs = 3;
+  const ExperimentResult three = run_honesty(options, {});
+  ASSERT_EQ(one.figures.size(), three.figures.size());
+  for (std::size_t i = 0; i < one.figures.size(); ++i) {
+    EXPECT_EQ(one.figures[i].measured, three.figures[i].measured) << one.figures[i].what;
+    EXPECT_TRUE(std::isfinite(one.figures[i].measured)) << one.figures[i].what;
+    EXPECT_LE(one.figures[i].what.size(), figure_name_width) << one.figures[i].what;
+  }
+  EXPECT_EQ(one.plots.size(), 4u);
+  EXPECT_EQ(one.notes.size(), 1u) << "what is left out is said";
+  EXPECT_NE(format_html({&one, 1}).find("<svg"), std::string::npos);
+  options.methods = {"song2015"};
+  EXPECT_THROW((void)run_honesty(options, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace downrange::experiment
