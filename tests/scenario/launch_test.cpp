@@ -2,6 +2,7 @@
 /// ever.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <downrange/stage/engine.hpp>
 #include <fstream>
@@ -66,6 +67,43 @@ TEST(Launch, CorrectedFusionBeatsUncorrectedInEveryPhase) {
       EXPECT_LT(antenna.p95_rad, 0.1 * std::numbers::pi / 180) << antenna.antenna.view();
     }
     EXPECT_EQ(fused_rows, 4);
+  }
+}
+
+/// Both radars tell ranges that are an ambiguity of 150 km too far, for a minute, in boost and in coast.
+TEST(Launch, RadarsThatFoldTogetherBesideAHealthyReceiverDoNotMoveTheTrack) {
+  struct Worst final : ResultSink {
+    void emit(const Result& result) override {
+      const auto* t = std::get_if<Trajectory>(&result);
+      if (t == nullptr || t->epoch < from) return;
+      const Eigen::Vector3d x(t->state[0], t->state[1], t->state[2]);
+      worst_m = std::max(worst_m, (x - flight->truth(t->epoch)->position.m).norm());
+      last = std::max(last, t->epoch);
+    }
+    const sim::Simulation* flight = nullptr;
+    Time from;
+    Time last;
+    double worst_m = 0;
+  };
+  const std::string root = DOWNRANGE_SOURCE_DIR;
+  RangeConfig range = config::load(root + "/config/naro.toml", {{"ingest.expect_simulated", "true", "test"}}).range;
+  range.antennas.clear();
+  for (const double begin_s : {130.0, 250.0}) {
+    sim::Scenario scenario = sim::load_scenario(root + "/tools/scenarios/launch.toml", range);
+    scenario.end_s = begin_s + 100;
+    for (sim::RadarScenario& radar : scenario.radars)
+      radar.faults.push_back({.when = {begin_s, begin_s + 60}, .range_offset_m = 150e3});
+    const sim::Simulation flight(scenario, 1);
+    for (const Name method : {"joint", "schmidt", "ts"}) {
+      range.fuse.methods = {method};
+      Worst track;
+      track.flight = &flight;
+      track.from = scenario.liftoff + seconds(begin_s - 20);
+      Engine engine(range, {}, track);
+      for (const Event& event : flight.events()) engine.handle(engine.admit(event));
+      EXPECT_LT(track.worst_m, 50) << method.view() << " from " << begin_s << " s";
+      EXPECT_GT(track.last, scenario.liftoff + seconds(begin_s + 95)) << method.view();
+    }
   }
 }
 

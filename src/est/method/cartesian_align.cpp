@@ -169,7 +169,16 @@ TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) co
 
 Remedy CartesianAlign::rejected(State& state, const Measurement& plot, Verdict verdict) const {
   TargetLife& life = state.lives[static_cast<std::size_t>(plot.target)];
-  const Remedy remedy = arbitration_.rejected(life, plot, verdict, Vec<9>::Zero());
+  const GpsTrack& gps = state.gps[static_cast<std::size_t>(plot.target)];
+  constexpr double anywhere_m2 = 1e16;
+  Gaussian<9> motion{.mean = Vec<9>::Zero(), .cov = anywhere_m2 * Mat<9, 9>::Identity()};
+  if (gps.reference.confirmed && plot.epoch - gps.epoch <= settings_.gps.max_age) {
+    const Gaussian<6> now =
+        cv::predict(gps.state, seconds_between(plot.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3);
+    motion.mean.head<6>() = now.mean;
+    motion.cov.topLeftCorner<6, 6>() = now.cov;
+  }
+  const Remedy remedy = arbitration_.rejected(life, plot, verdict, motion);
   if (remedy == Remedy::OpenBias) forget(state.radars[static_cast<std::size_t>(plot.source)]);
   return remedy;
 }
@@ -268,7 +277,10 @@ void CartesianAlign::estimate_bias(RadarBias& bias, const HeldPlot& plot, const 
   const bool plausible = (u.posterior.mean.cwiseAbs().array() <= bias_sigmas_max * prior_sigma.array()).all();
   if (u.verdict != Verdict::Accepted || !plausible) {
     ++bias.rejected_in_row;
-    const bool due = bias.rejected_in_row % settings_.arbitration.reopen_after == 0;
+    // What no bias explains is none: the radar follows something else.
+    const Mat<3, 3> S = C * prior_bias().cov * C.transpose() + R_b;
+    const bool explained = normalised_square<3>(z_b, S) <= gate3_;
+    const bool due = explained && bias.rejected_in_row % settings_.arbitration.reopen_after == 0;
     if (due && bias.opening.open(plot.epoch, settings_.arbitration.reopen_after)) forget(bias);
     return;
   }

@@ -154,7 +154,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
 
 Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const Vec<9> track = combined_motion(t.bank, models(t), motion_at, 0).mean;
+  const Gaussian<9> track = combined_motion(t.bank, models(t), motion_at, 0);
   switch (arbitration_.rejected(t.life, m, rejected.verdict, track)) {
     case Remedy::None:
       break;
@@ -166,7 +166,7 @@ Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected
         reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
       break;
     case Remedy::Unite:
-      unite(t, m, track);
+      unite(t, m, track.mean);
       return update_by_fix(s, m);
   }
   return rejected;

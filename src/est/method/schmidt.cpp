@@ -90,7 +90,22 @@ void Schmidt::start_fused(Target& t, Time epoch, const Gaussian<9>& motion) cons
   set_motion(t.bank, models_, fused_at, motion);
 }
 
+void Schmidt::start_fused_by_gps(Target& t) const {
+  start_fused(t, t.epoch, gps_motion(t));
+  for (int i = 0; i < t.bank.count; ++i) {
+    // The error is that of the GPS track, whatever else it has in common; only what a model knows by itself is its own.
+    Eigen::MatrixXd& P = t.bank.mode[static_cast<std::size_t>(i)].P;
+    const bool own_third = i == models_.ballistic ||
+                           models_.model[static_cast<std::size_t>(i)].noise == MotionModel::Noise::WhiteAcceleration;
+    const int shared = own_third ? 6 : 9;
+    const Eigen::Index others = P.rows() - gps_at;
+    P.block(fused_at, gps_at, shared, others) = P.block(gps_at, gps_at, shared, others);
+    P.block(gps_at, fused_at, others, shared) = P.block(fused_at, gps_at, shared, others).transpose();
+  }
+}
+
 void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
+  if (has_reference(t, plot.epoch)) return starts_near_gps_ ? start_fused_near_gps(t) : start_fused_by_gps(t);
   const auto source = static_cast<std::size_t>(plot.source);
   const RadarBlock& block = layout(t).radars[source];
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
@@ -122,16 +137,17 @@ void Schmidt::start_gps(Target& t, const Measurement& m) const {
   add_knot(t);
 }
 
-void Schmidt::note_learnt(Target& t, int source, Time epoch, bool learnt) const {
+void Schmidt::note_learnt(Target& t, int source, const TimedPlot& plot, bool learnt) const {
   Radar& radar = t.radars[static_cast<std::size_t>(source)];
   if (learnt) {
-    radar.updated = epoch;
+    radar.updated = plot.epoch;
     radar.rejected_in_row = 0;
     radar.opening.used(settings_.arbitration.reopen_after);
     ++radar.samples;
-  } else if (++radar.rejected_in_row >= settings_.arbitration.reopen_after) {
+  } else if (arbitration_.explained_by_bias(source, plot, t.epoch, gps_motion(t)) &&
+             ++radar.rejected_in_row >= settings_.arbitration.reopen_after) {
     radar.rejected_in_row = 0;
-    if (!radar.opening.open(epoch, settings_.arbitration.reopen_after)) return;
+    if (!radar.opening.open(plot.epoch, settings_.arbitration.reopen_after)) return;
     for (int i = 0; i < t.bank.count; ++i)
       reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
   }
@@ -179,6 +195,11 @@ bool Schmidt::has_reference(const Target& t, Time at) const {
   return t.gps.confirmed && at - t.gps_epoch <= settings_.gps.max_age;
 }
 
+Gaussian<9> Schmidt::gps_motion(const Target& t) {
+  const Hypothesis& h = t.bank.mode[0];
+  return {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)};
+}
+
 Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   if (!t.has_state) size_state(t, m.epoch, settings_.gps.no_gps.enabled);
@@ -222,8 +243,8 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
     return with_velocity ? follow_fix<6>(t, account, m) : follow_fix<3>(t, account, m);
   };
   return follow_receiver(
-      arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch), fused_agrees(t, m), [&] { start_gps(t, m); }, follow,
-      [&] { believe(t, m); }, [&] { unite(t, m); });
+      arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch).mean, fused_agrees(t, m), [&] { start_gps(t, m); },
+      follow, [&] { believe(t, m); }, [&] { unite(t, m); });
 }
 
 void Schmidt::believe(Target& t, const Measurement& fix) const {
@@ -239,10 +260,10 @@ void Schmidt::unite(Target& t, const Measurement& fix) const {
   tie_fused_to_bias(t);
 }
 
-Vec<9> Schmidt::judging_motion(const Target& t, Time at) const {
+Gaussian<9> Schmidt::judging_motion(const Target& t, Time at) const {
   if (t.fused_started && Arbitration::recent_radars(t.life, at) != 0)
-    return combined_motion(t.bank, models_, fused_at, 0).mean;
-  return t.bank.mode[0].x.segment<9>(gps_at);
+    return combined_motion(t.bank, models_, fused_at, 0);
+  return gps_motion(t);
 }
 
 bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
@@ -285,7 +306,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
       break;
     case Remedy::OpenBias:
       for (int i = 0; i < t.bank.count; ++i)
-        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[source]);
+        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
       break;
     case Remedy::None:
     case Remedy::Unite:
@@ -303,6 +324,13 @@ bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
       linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], seen.measured);
   const Mat<3, 3> R = plot_variance(radar, seen).asDiagonal();
   return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gates_[3]);
+}
+
+template <int M>
+bool Schmidt::knows_less(const Hypothesis& h, const BlockJacobian<M>& H, const Mat<M, M>& R) {
+  const Mat<M, 9> J = H.of_motion.template leftCols<9>();
+  const Mat<M, M> of_motion = J * h.P.template block<9, 9>(fused_at, fused_at) * J.transpose();
+  return (of_motion.diagonal().array() > R.diagonal().array()).any();
 }
 
 template <int First, int M>
@@ -341,6 +369,15 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   }
   const bool agrees = referenced && of_gps[0].nis <= gates_[M] &&
                       std::ranges::none_of(std::span(of_gps).first(count), &Evidence<M>::singular);
+  if (referenced && m.epoch - t.data_epoch >= settings_.arbitration.restart_after) {
+    const auto k = static_cast<std::size_t>(likeliest(t.bank));
+    const bool lost = knows_less<M>(t.bank.mode[k], by_fused[k].H, R);
+    if (agrees && (lost || outcome.verdict != Verdict::Accepted)) {
+      start_fused_by(t, m);
+      return {};
+    }
+    if (lost) outcome.verdict = Verdict::Gated;  // that it allows this plot says nothing
+  }
   if (arbitration_.alone_against_gps(t.life, m, referenced && !agrees)) outcome.verdict = Verdict::Gated;
   const bool learns = agrees && knots_ == 0;  // else when the next fixes have come
   const bool follows = outcome.verdict == Verdict::Accepted;
@@ -357,13 +394,9 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     if (learns) update_biases(t.bank.mode[k], first_radar_, of_gps[k], of_A);
   }
   if ((referenced && knots_ == 0) || (t.without_gps && follows))
-    note_learnt(t, m.source, m.epoch, learns || t.without_gps);
+    note_learnt(t, m.source, {.epoch = m.epoch, .plot = plot}, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = plot});
-  if (agrees && !follows && m.epoch - t.data_epoch >= settings_.arbitration.restart_after) {
-    start_fused_by(t, m);  // GPS tells that it is the track which is lost
-    return {};
-  }
   if (!follows) return outcome;
   reweigh(t.bank, log_likelihoods);
   const Evidence<M>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
@@ -412,9 +445,7 @@ std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std:
 std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.gps.confirmed) return std::nullopt;
-  const Hypothesis& h = t.bank.mode[0];
-  const Gaussian<9> x = downrange::predict(
-      gps_model_, {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)}, (at - t.epoch).seconds());
+  const Gaussian<9> x = downrange::predict(gps_model_, gps_motion(t), (at - t.epoch).seconds());
   TrackEstimate e;
   e.epoch = at;
   e.data_epoch = t.gps_epoch;

@@ -79,7 +79,7 @@ void Schmidt::learn_between_knots(Target& t, const Held& held) const {
       evidence[0].nis <= gates_[M] && std::ranges::none_of(std::span(evidence).first(count), &Evidence<M>::singular);
   for (std::size_t k = 0; k < count && learns; ++k)
     update_biases<M>(t.bank.mode[k], first_radar_, evidence[k], evidence[k].W.template middleRows<9>(fused_at));
-  note_learnt(t, held.source, held.epoch, learns);
+  note_learnt(t, held.source, {.epoch = held.epoch, .plot = held.plot}, learns);
 }
 
 void Schmidt::release_held(Target& t) const {

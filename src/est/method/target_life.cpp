@@ -74,18 +74,19 @@ void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
   radar.opening.used(reopen_after_);
 }
 
-Remedy Arbitration::rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Vec<9>& track) const {
+Remedy Arbitration::rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Gaussian<9>& track) const {
   if (verdict == Verdict::Frozen) return Remedy::None;  // says nothing of the track
   life.refused.note(m.epoch);
-  return is_fix(m) ? rejected_fix(life, m, track) : rejected_plot(life, m);
+  return is_fix(m) ? rejected_fix(life, m, track.mean) : rejected_plot(life, m, track);
 }
 
-Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) const {
+Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot, const Gaussian<9>& track) const {
   RadarLife& radar = life.radars[static_cast<std::size_t>(plot.source)];
   const TimedPlot now{.epoch = plot.epoch, .plot = plot_of(plot.measured)};
   const bool again = of_one_vehicle(radars_[static_cast<std::size_t>(plot.source)], radar.refused, now);
   radar.refused = now;
-  ++radar.rejected_in_row;
+  const bool explained = explained_by_bias(plot.source, now, plot.epoch, track);
+  if (explained) ++radar.rejected_in_row;
   if (life.refused.last(plot.epoch, restart_after_)) {
     // A receiver that agrees with itself tells better where the target is, with its next fix.
     const ReceiverLife& receiver = life.receiver;
@@ -94,7 +95,7 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot) con
     return again && !fix_is_due ? Remedy::Restart : Remedy::None;
   }
   const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
-  if (radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
+  if (!explained || radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
   radar.rejected_in_row = 0;
   return radar.opening.open(plot.epoch, reopen_after_) ? Remedy::OpenBias : Remedy::None;
 }
@@ -208,40 +209,52 @@ Vec<9> Arbitration::motion_of(const Fix& fix, const Vec<9>& track) const {
   return motion;
 }
 
+bool Arbitration::explained_by_bias(int source, const TimedPlot& plot, Time epoch, const Gaussian<9>& motion) const {
+  const Misfit of_plot =
+      misfit(static_cast<std::size_t>(source), plot, epoch, motion.mean, motion.cov.topLeftCorner<3, 3>());
+  return of_plot.chi2 <= chi2_quantile(gate_probability_, of_plot.dof);
+}
+
 Arbitration::Misfit Arbitration::misfit(const TargetLife& life, std::uint64_t mask, Time epoch, const Vec<9>& motion,
                                         const Mat<3, 3>& P) const {
   Misfit sum;
   for (std::size_t r = 0; r < radars_.size(); ++r) {
     if ((mask >> r & 1) == 0) continue;
-    const RadarModel& radar = radars_[r];
-    const TimedPlot& known = life.radars[r].accepted;
-    const double dt = (known.epoch - epoch).seconds();
-    Vec<9> then = motion;
-    then.head<3>() += dt * motion.segment<3>(3) + dt * dt / 2 * motion.tail<3>();
-    Vec<bias_term_count> prior = Vec<bias_term_count>::Zero();
-    Mat<bias_term_count, bias_term_count> B = Mat<bias_term_count, bias_term_count>::Zero();
-    for (const BiasTerm row : radar.bias.terms) {
-      const auto i = static_cast<Eigen::Index>(row);
-      prior[i] = radar.bias.prior_mean[i];
-      for (const BiasTerm column : radar.bias.terms) {
-        const auto j = static_cast<Eigen::Index>(column);
-        B(i, j) = radar.bias.prior_cov(i, j);
-      }
-    }
-    const PredictedPlot predicted = predict_plot(radar, then, prior);
-    const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
-    Vec<3> variance = plot_variance(radar, known.plot);
-    variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
-    Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
-    S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
-    S.diagonal() += variance;
-    const Vec<3> nu = plot_residual(known.plot.measured, predicted.q);
-    sum.chi2 += with_components(known.plot, [&]<int First, int M>() {
-      sum.dof += M;
-      return normalised_square<M>(Vec<M>(nu.segment<M>(First)), Mat<M, M>(S.block<M, M>(First, First)));
-    });
+    const Misfit of_radar = misfit(r, life.radars[r].accepted, epoch, motion, P);
+    sum.chi2 += of_radar.chi2;
+    sum.dof += of_radar.dof;
   }
   return sum;
+}
+
+Arbitration::Misfit Arbitration::misfit(std::size_t source, const TimedPlot& plot, Time epoch, const Vec<9>& motion,
+                                        const Mat<3, 3>& P) const {
+  const RadarModel& radar = radars_[source];
+  const double dt = (plot.epoch - epoch).seconds();
+  Vec<9> then = motion;
+  then.head<3>() += dt * motion.segment<3>(3) + dt * dt / 2 * motion.tail<3>();
+  Vec<bias_term_count> prior = Vec<bias_term_count>::Zero();
+  Mat<bias_term_count, bias_term_count> B = Mat<bias_term_count, bias_term_count>::Zero();
+  for (const BiasTerm row : radar.bias.terms) {
+    const auto i = static_cast<Eigen::Index>(row);
+    prior[i] = radar.bias.prior_mean[i];
+    for (const BiasTerm column : radar.bias.terms) {
+      const auto j = static_cast<Eigen::Index>(column);
+      B(i, j) = radar.bias.prior_cov(i, j);
+    }
+  }
+  const PredictedPlot predicted = predict_plot(radar, then, prior);
+  const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
+  Vec<3> variance = plot_variance(radar, plot.plot);
+  variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
+  Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
+  S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
+  S.diagonal() += variance;
+  const Vec<3> nu = plot_residual(plot.plot.measured, predicted.q);
+  return with_components(plot.plot, [&]<int First, int M>() -> Misfit {
+    return {.chi2 = normalised_square<M>(Vec<M>(nu.segment<M>(First)), Mat<M, M>(S.block<M, M>(First, First))),
+            .dof = M};
+  });
 }
 
 Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {

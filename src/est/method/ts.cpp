@@ -199,7 +199,8 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
 template <int N>
 Outcome Ts<N>::arbitrate(State& s, const Measurement& m, const Outcome& rejected) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  const Vec<9> track = compensated_mean(t.track, s.bias).template head<9>();
+  const Gaussian<N> now = compensated(t.track, s.bias);
+  const Gaussian<9> track{.mean = now.mean.template head<9>(), .cov = now.cov.template topLeftCorner<9, 9>()};
   switch (arbitration_.rejected(t.life, m, rejected.verdict, track)) {
     case Remedy::None:
       break;
@@ -214,7 +215,7 @@ Outcome Ts<N>::arbitrate(State& s, const Measurement& m, const Outcome& rejected
     case Remedy::Unite:
       loosen_priors(s, Arbitration::recent_radars(t.life, m.epoch), 0.25);
       t.track.estimate.cov.template topLeftCorner<6, 6>() +=
-          Arbitration::union_term(arbitration_.away_from(t.life, m, track));
+          Arbitration::union_term(arbitration_.away_from(t.life, m, track.mean));
       return update_by_fix(s, m);
   }
   return rejected;

@@ -23,7 +23,9 @@ namespace downrange {
 ///
 /// A plot corrects the biases by what it differs from the GPS track, whose error is *considered*: all plots between two
 /// fixes share it and do not count it as independent; a later fix corrects the biases through that covariance. The same
-/// plot corrects the fused track, whose biases' error is considered alike.
+/// plot corrects the fused track, whose biases' error is considered alike. Only where it starts, or starts anew after a
+/// silence of all radars in which it came to know less than a plot tells, is the fused track GPS's: one plot would put
+/// it hundreds of metres off, and the bias of a radar just heard would stay in it.
 ///
 /// Until a target's first two fixes that agree the regime is another (NoGpsRegime): tight priors, for wide ones would
 /// let every outlier through the gate, and the radars' plots correct the biases along with the fused track, as in
@@ -43,7 +45,7 @@ class Schmidt {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest plot that corrected the bias
     std::uint64_t samples = 0;
-    int rejected_in_row = 0;  ///< by the bias
+    int rejected_in_row = 0;  ///< by the bias, though another would explain them
     BiasOpening opening;      ///< by plots that the bias rejects
   };
   /// A plot that waits for the fixes after it.
@@ -106,7 +108,9 @@ class Schmidt {
   /// The fused track is wrong by the bias of the radar that it last heard.
   void tie_fused_to_bias(Target& t) const;
   void start_fused(Target& t, Time epoch, const Gaussian<9>& motion) const;
+  /// Where GPS tells the target's place, there; else by the plot.
   void start_fused_by(Target& t, const Measurement& plot) const;
+  void start_fused_by_gps(Target& t) const;
   /// Where no radar tells a position by itself: where GPS is, to a kilometre, so that the track stays the radars'.
   void start_fused_near_gps(Target& t) const;
   void start_gps(Target& t, const Measurement& m) const;
@@ -117,12 +121,14 @@ class Schmidt {
   /// The bias by GPS between the two oldest knots.
   template <int First, int M>
   void learn_between_knots(Target& t, const Held& plot) const;
-  void note_learnt(Target& t, int source, Time epoch, bool learnt) const;
+  void note_learnt(Target& t, int source, const TimedPlot& plot, bool learnt) const;
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
   [[nodiscard]] bool has_reference(const Target& t, Time at) const;
-  /// The motion that a fix is judged by: the radars' where they follow the target.
-  [[nodiscard]] Vec<9> judging_motion(const Target& t, Time at) const;
+  /// The GPS track, which is the same in all modes.
+  [[nodiscard]] static Gaussian<9> gps_motion(const Target& t);
+  /// The motion that a measurement is judged by: the radars' where they follow the target.
+  [[nodiscard]] Gaussian<9> judging_motion(const Target& t, Time at) const;
   [[nodiscard]] bool fused_agrees(const Target& t, const Measurement& fix) const;
   /// No bias that the radar may have brings the plot together with the GPS track.
   [[nodiscard]] bool gps_refuses(const Target& t, const Measurement& plot) const;
@@ -134,6 +140,9 @@ class Schmidt {
   Outcome apply_plot(State& s, const Measurement& m) const;
   /// The fused track alone: what is not known of the biases is considered.
   Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot) const;
+  /// Whether the fused track tells less of where a plot must lie than the plot's own noise.
+  template <int M>
+  [[nodiscard]] static bool knows_less(const Hypothesis& h, const BlockJacobian<M>& H, const Mat<M, M>& R);
   template <int First, int M>
   Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
 

@@ -53,8 +53,8 @@ struct BiasOpening {
 struct RadarLife {
   TimedPlot accepted;  ///< newest of each
   TimedPlot refused;
-  int rejected_in_row = 0;
-  int refused_by_gps = 0;  ///< where the method has a track by GPS alone: plots in a row that it does not allow
+  int rejected_in_row = 0;  ///< those that another bias would explain
+  int refused_by_gps = 0;   ///< where the method has a track by GPS alone: plots in a row that it does not allow
   BiasOpening opening;
 };
 
@@ -104,7 +104,12 @@ class Arbitration {
   void accepted(TargetLife& life, const Measurement& m) const;
   /// To be called with every measurement that was not: `track` is the target's motion at its instant, as the method
   /// knows it without that measurement.
-  [[nodiscard]] Remedy rejected(TargetLife& life, const Measurement& m, Verdict verdict, const Vec<9>& track) const;
+  [[nodiscard]] Remedy rejected(TargetLife& life, const Measurement& m, Verdict verdict,
+                                const Gaussian<9>& track) const;
+  /// Whether a bias that the prior of this radar, or tracker, allows brings the plot together with the motion given at
+  /// `epoch`. A bias is opened for no other plot: what follows something else, or measures in feet, has nothing to
+  /// learn.
+  [[nodiscard]] bool explained_by_bias(int source, const TimedPlot& plot, Time epoch, const Gaussian<9>& motion) const;
 
   /// Of a target that radars follow and whose receiver is not believed yet, to be called with every fix until it is.
   [[nodiscard]] FirstFixes first_fixes(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
@@ -132,7 +137,7 @@ class Arbitration {
 
  private:
   [[nodiscard]] Remedy rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
-  [[nodiscard]] Remedy rejected_plot(TargetLife& life, const Measurement& plot) const;
+  [[nodiscard]] Remedy rejected_plot(TargetLife& life, const Measurement& plot, const Gaussian<9>& track) const;
   void remember_refused(ReceiverLife& receiver, const Measurement& m, const Vec<9>& track) const;
   [[nodiscard]] bool agree(const TimedFix& first, const TimedFix& second, const Vec<9>& track) const;
   /// Three fixes without velocity that move as one vehicle, whatever the track thinks of its velocity.
@@ -140,12 +145,15 @@ class Arbitration {
   [[nodiscard]] bool three_agree(const ReceiverLife& receiver, const Vec<9>& track) const;
   [[nodiscard]] bool overrules(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
   [[nodiscard]] bool plausible(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
-  /// Of the radars in `mask`: how far their newest accepted plots are from the motion in terms of their priors, noise
-  /// and `P`, the covariance of its position. chi2 with `dof` degrees of freedom where the motion is the truth.
+  /// How far plots are from a motion in terms of their radars' priors, noise and `P`, the covariance of its position.
+  /// chi2 with `dof` degrees of freedom where the motion is the truth.
   struct Misfit {
     double chi2 = 0;
     int dof = 0;
   };
+  [[nodiscard]] Misfit misfit(std::size_t radar, const TimedPlot& plot, Time epoch, const Vec<9>& motion,
+                              const Mat<3, 3>& P) const;
+  /// Of the radars in `mask`, their newest accepted plots.
   [[nodiscard]] Misfit misfit(const TargetLife& life, std::uint64_t mask, Time epoch, const Vec<9>& motion,
                               const Mat<3, 3>& P) const;
   /// The motion that the fix tells, the track's where it tells nothing.
@@ -204,7 +212,7 @@ Outcome follow_receiver(const Arbitration& rules, TargetLife& life, GpsReference
     return fits ? outcome : Outcome{};
   }
   if (!fits) {
-    const Remedy remedy = rules.rejected(life, fix, outcome.verdict, motion);
+    const Remedy remedy = rules.rejected(life, fix, outcome.verdict, {.mean = motion, .cov = Mat<9, 9>::Zero()});
     if (remedy == Remedy::None && !agrees) return outcome;
     if (remedy == Remedy::Unite) unite();
     start_anew();
