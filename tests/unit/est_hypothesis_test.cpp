@@ -5,6 +5,7 @@
 
 #include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/filter/imm.hpp>
+#include <numbers>
 #include <random>
 
 namespace downrange {
@@ -97,6 +98,30 @@ TEST(Kinematics, ABridgeIsTheConditionalMotion) {
   }
   EXPECT_LT((bridge(jerk, 0, 1).from - Mat<3, 3>::Identity()).norm(), 1e-9);
   EXPECT_LT((bridge(jerk, 1, 0).to - Mat<3, 3>::Identity()).norm(), 1e-6);
+}
+
+/// A mount that wanders by an angle on the sky reports an azimuth that is off by that over cos(elevation).
+TEST(Hypothesis, PointingErrorsAreOnTheSky) {
+  constexpr double deg = std::numbers::pi / 180;
+  for (const double elevation : {5 * deg, 60 * deg, 83 * deg}) {
+    RadarModel radar{.site = Site({34 * deg, 127 * deg, 100}), .sigma = {10, 1e-4, 1e-4}};
+    radar.wander = {.sigma_rad = 3e-4, .tau_s = 30};
+    const BiasLayout layout = bias_layout({radar}, 9);
+    const RadarBlock& block = layout.radars[0];
+    Vector x = Vector::Zero(9 + layout.size);
+    x.head<3>() = radar.site.ecef_of(enu_from_polar({400e3, 1.2, elevation})).m;
+    const auto linearised = [&] { return linearise_plot(Vec<9>(x.head<9>()), 0, x, radar, block, {400e3, 1.2, 0}); };
+    const PlotLinearisation l = linearised();
+    for (int axis = 0; axis < 2; ++axis) {
+      constexpr double off = 1e-5;
+      x[block.at + block.terms + axis] = off;
+      const Vec<3> change = l.nu - linearised().nu;
+      x[block.at + block.terms + axis] = 0;
+      EXPECT_NEAR(change[1], axis == 0 ? off / std::cos(elevation) : 0, 1e-9 * off);
+      EXPECT_NEAR(change[2], axis == 1 ? off : 0, 1e-9 * off);
+      EXPECT_LT((l.H.of_radar.col(block.terms + axis) - change / off).norm(), 1e-9);
+    }
+  }
 }
 
 TEST(Hypothesis, GaussMarkovStatesKeepTheirStationaryVariance) {

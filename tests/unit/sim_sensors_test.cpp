@@ -235,6 +235,30 @@ TEST(Radar, FastClockStampsLate) {
   }
 }
 
+/// A mount points wrong by angles on the sky: near the zenith its azimuth is off by much more.
+TEST(Radar, WandersOnTheSky) {
+  Scenario scenario = make_scenario();
+  RadarScenario& radar = scenario.radars[0];
+  radar.sigma = {};
+  radar.coloured_on_sky = true;
+  radar.coloured_angle_sigma_rad = 0.02 * deg;
+  radar.coloured_angle_tau_s = 0.01;
+  // Below the flight, 200 s on.
+  const Simulation flight(scenario, seed);
+  const Geodetic below = geodetic_from_ecef(flight.truth(scenario.liftoff + seconds(200.0))->position);
+  radar.site = Site({below.latitude_rad, below.longitude_rad, 0});
+  const Simulation simulation(scenario, seed);
+  std::vector<double> across, along;
+  for (const RadarTspi& plot : plots_of(simulation, "one")) {
+    const Polar q = true_polar(simulation, radar.site, plot.epoch);
+    if (q.elevation_rad > 89 * deg) continue;
+    across.push_back(std::cos(q.elevation_rad) * wrap_pi(plot.measured.azimuth_rad - q.azimuth_rad));
+    along.push_back(plot.measured.elevation_rad - q.elevation_rad);
+  }
+  expect_moments(across, 0, 0.02 * deg);
+  expect_moments(along, 0, 0.02 * deg);
+}
+
 TEST(Radar, DrawsItsBiasPerSeed) {
   Scenario scenario = make_scenario();
   RadarScenario& radar = scenario.radars[0];

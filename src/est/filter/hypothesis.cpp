@@ -31,10 +31,17 @@ void mirror(Square&& P) {
 Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
   Vec<bias_term_count> b = Vec<bias_term_count>::Zero();
   for (int i = 0; i < terms; ++i) b[index(term[static_cast<std::size_t>(i)])] = x[at + i];
-  if (wanders()) {
-    b[index(BiasTerm::OffsetAzimuth)] += x[at + terms];
-    b[index(BiasTerm::OffsetElevation)] += x[at + terms + 1];
-  }
+  return b;
+}
+
+Vec<2> RadarBlock::pointing_error(const Eigen::VectorXd& x, double elevation_rad) const {
+  if (!wanders()) return Vec<2>::Zero();
+  return {azimuth_of_sky_angle(elevation_rad) * x[at + terms], x[at + terms + 1]};
+}
+
+Vec<bias_term_count> RadarBlock::bias_at(const Eigen::VectorXd& x, double elevation_rad) const {
+  Vec<bias_term_count> b = bias(x);
+  b.segment<2>(index(BiasTerm::OffsetAzimuth)) += pointing_error(x, elevation_rad);
   return b;
 }
 
@@ -164,7 +171,9 @@ PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eige
                                  const RadarBlock& block, const Polar& plot) {
   const PredictedPlot predicted = predict_plot(radar, motion, block.bias(x));
   PlotLinearisation l;
-  l.nu = plot_residual(plot, predicted.q);
+  Vec<3> q = predicted.q;
+  q.tail<2>() += block.pointing_error(x, predicted.q[2]);
+  l.nu = plot_residual(plot, q);
   l.H.motion_at = motion_at;
   l.H.of_motion.leftCols<9>() = predicted.d_motion;
   l.H.radar_at = block.at;
@@ -172,8 +181,8 @@ PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eige
   for (int i = 0; i < block.terms; ++i)
     l.H.of_radar.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
   if (block.wanders()) {
-    l.H.of_radar.col(block.terms) = predicted.d_bias.col(index(BiasTerm::OffsetAzimuth));
-    l.H.of_radar.col(block.terms + 1) = predicted.d_bias.col(index(BiasTerm::OffsetElevation));
+    l.H.of_radar(1, block.terms) = azimuth_of_sky_angle(predicted.q[2]);
+    l.H.of_radar(2, block.terms + 1) = 1;
   }
   return l;
 }

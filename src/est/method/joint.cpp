@@ -94,7 +94,7 @@ void Joint::restart_motion(Target& t, const Measurement& m) const {
   const RadarModel& radar = settings_.radars[static_cast<std::size_t>(m.source)];
   const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
-  set_motion(t, first_motion(m, settings_, block.bias(known.x)));
+  set_motion(t, first_motion(m, settings_, block.bias_at(known.x, plot_of(m.measured).measured.elevation_rad)));
   for (int i = 0; i < t.bank.count; ++i) tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], motion_at, radar, block);
 }
 

@@ -109,7 +109,8 @@ void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
   const auto source = static_cast<std::size_t>(plot.source);
   const RadarBlock& block = layout(t).radars[source];
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
-  start_fused(t, plot.epoch, first_motion(plot, settings_, block.bias(known.x)));
+  start_fused(t, plot.epoch,
+              first_motion(plot, settings_, block.bias_at(known.x, plot_of(plot.measured).measured.elevation_rad)));
   for (int i = 0; i < t.bank.count; ++i)
     tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[source], block);
 }

@@ -246,7 +246,8 @@ Arbitration::Misfit Arbitration::misfit(std::size_t source, const TimedPlot& plo
   const PredictedPlot predicted = predict_plot(radar, then, prior);
   const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
   Vec<3> variance = plot_variance(radar, plot.plot);
-  variance.tail<2>().array() += radar.wander.sigma_rad * radar.wander.sigma_rad;
+  const double wander = radar.wander.sigma_rad;
+  variance.tail<2>() += Vec<2>(wander * azimuth_of_sky_angle(plot.plot.measured.elevation_rad), wander).cwiseAbs2();
   Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
   S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
   S.diagonal() += variance;

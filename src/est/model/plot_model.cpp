@@ -6,8 +6,6 @@
 namespace downrange {
 namespace {
 
-/// Above 89.4 degrees of elevation the azimuth says nothing: its noise grows no further.
-constexpr double least_cos_elevation = 0.01;
 /// Signals are told apart within this of the reference.
 constexpr double most_db = 100;
 
@@ -108,11 +106,15 @@ Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted) {
   return {plot.range_m - predicted[0], wrap_pi(plot.azimuth_rad - predicted[1]), plot.elevation_rad - predicted[2]};
 }
 
+double azimuth_of_sky_angle(double elevation_rad) {
+  constexpr double least_cos_elevation = 0.01;
+  return 1 / std::max(std::cos(elevation_rad), least_cos_elevation);
+}
+
 Vec<3> plot_variance(const RadarModel& radar, const Plot& plot) {
-  const double on_sky =
-      radar.azimuth_sigma_on_sky ? std::max(std::cos(plot.measured.elevation_rad), least_cos_elevation) : 1;
-  const auto squares = [on_sky](const PolarSigma& sigma) -> Vec<3> {
-    return Vec<3>(sigma.range_m, sigma.azimuth_rad / on_sky, sigma.elevation_rad).cwiseAbs2();
+  const double of_sky = radar.azimuth_sigma_on_sky ? azimuth_of_sky_angle(plot.measured.elevation_rad) : 1;
+  const auto squares = [of_sky](const PolarSigma& sigma) -> Vec<3> {
+    return Vec<3>(sigma.range_m, sigma.azimuth_rad * of_sky, sigma.elevation_rad).cwiseAbs2();
   };
   return squares(radar.sigma) + fading(radar.snr, plot) * squares(radar.snr.at_ref);
 }

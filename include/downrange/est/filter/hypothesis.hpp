@@ -23,8 +23,8 @@ struct Hypothesis {
   Eigen::MatrixXd P;  ///< symmetric; states that are switched off have zero rows
 };
 
-/// Where one radar's bias stands in a state vector: its terms, then, where it wanders, the slow errors of azimuth and
-/// elevation.
+/// Where one radar's bias stands in a state vector: its terms, then, where it wanders, its slow errors across and along
+/// elevation, both on the sky: that of azimuth is the first over cos(elevation).
 struct RadarBlock {
   static constexpr int max_size = bias_term_count + 2;
 
@@ -36,8 +36,12 @@ struct RadarBlock {
 
   [[nodiscard]] bool wanders() const { return wander.sigma_rad > 0; }
   [[nodiscard]] int size() const { return terms + (wanders() ? 2 : 0); }
-  /// The bias in `x` indexed by BiasTerm; terms that are not there are zero. Slow angle errors count as offsets.
+  /// The bias in `x` indexed by BiasTerm; terms that are not there are zero. Slow angle errors are not in it.
   [[nodiscard]] Vec<bias_term_count> bias(const Eigen::VectorXd& x) const;
+  /// The slow errors of azimuth and elevation (rad) in `x`, at that elevation: pointing errors are on the sky.
+  [[nodiscard]] Vec<2> pointing_error(const Eigen::VectorXd& x, double elevation_rad) const;
+  /// Both, the slow errors as offsets.
+  [[nodiscard]] Vec<bias_term_count> bias_at(const Eigen::VectorXd& x, double elevation_rad) const;
   /// 1-sigma of each term before any data.
   [[nodiscard]] Vec<BiasEstimate::max_terms> prior_sigma() const;
 };

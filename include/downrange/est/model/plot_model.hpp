@@ -55,6 +55,10 @@ auto with_components(const Plot& plot, const Use& use) {
 /// Plot minus prediction, angles wrapped.
 [[nodiscard]] Vec<3> plot_residual(const Polar& plot, const Vec<3>& predicted);
 
+/// How far azimuth turns for a small angle on the sky: 1 / cos(elevation). Above 89.4 degrees of elevation, where
+/// azimuth says nothing, it grows no further.
+[[nodiscard]] double azimuth_of_sky_angle(double elevation_rad);
+
 /// Diagonal of the noise covariance of a plot, by its elevation and signal-to-noise ratio (a plot that does not tell it
 /// has that of the reference).
 [[nodiscard]] Vec<3> plot_variance(const RadarModel& radar, const Plot& plot);

@@ -10,8 +10,9 @@
 
 namespace downrange {
 
-/// Slowly varying pointing error of a mount, of each of its axes: first-order Gauss-Markov. Two states per radar of
-/// joint and schmidt (ts knows none: give the angle offsets a drift there).
+/// Slowly varying pointing error of a mount, across and along elevation, on the sky: first-order Gauss-Markov. Azimuth
+/// is off by the first over cos(elevation). Two states per radar of joint and schmidt (ts knows none: give the angle
+/// offsets a drift there).
 struct PointingWander {
   double sigma_rad = 0;  ///< 0: none
   double tau_s = 30;
