@@ -100,6 +100,31 @@ TEST(Kinematics, ABridgeIsTheConditionalMotion) {
   EXPECT_LT((bridge(jerk, 1, 0).to - Mat<3, 3>::Identity()).norm(), 1e-6);
 }
 
+/// What a radar may be off by without GPS: what is larger is brought down, what an earlier flight has found stays.
+TEST(Hypothesis, WithoutGpsPriorsAreTightButNoTighterThanTheyWere) {
+  RadarModel wide{.site = Site({0.6, 2.2, 100}), .sigma = {10, 1e-4, 1e-4}};
+  RadarModel known = wide;
+  for (const BiasTerm term : known.bias.terms) {
+    const auto k = static_cast<Eigen::Index>(term);
+    known.bias.prior_cov(k, k) *= 1e-4;
+  }
+  const NoGpsRegime regime;
+  const BiasLayout layout = bias_layout_without_gps({wide, known}, regime, 0);
+  const auto sigma = [&](std::size_t radar, BiasTerm term) {
+    const auto k = static_cast<Eigen::Index>(term);
+    return std::sqrt(layout.radars[radar].model.prior_cov(k, k));
+  };
+  EXPECT_DOUBLE_EQ(sigma(0, BiasTerm::OffsetRange), regime.offset_prior_m);
+  EXPECT_DOUBLE_EQ(sigma(0, BiasTerm::OffsetAzimuth), regime.angle_prior_rad);
+  EXPECT_DOUBLE_EQ(sigma(0, BiasTerm::ScaleRange), 1e-4 / 4);
+  EXPECT_DOUBLE_EQ(sigma(0, BiasTerm::ScaleAzimuth), 1e-3 / 4);
+  EXPECT_DOUBLE_EQ(sigma(0, BiasTerm::ScaleElevation), 1e-3 / 4);
+  for (const BiasTerm term : layout.radars[1].model.terms) {
+    const auto k = static_cast<Eigen::Index>(term);
+    EXPECT_DOUBLE_EQ(sigma(1, term), std::sqrt(known.bias.prior_cov(k, k)));
+  }
+}
+
 /// A mount that wanders by an angle on the sky reports an azimuth that is off by that over cos(elevation).
 TEST(Hypothesis, PointingErrorsAreOnTheSky) {
   constexpr double deg = std::numbers::pi / 180;

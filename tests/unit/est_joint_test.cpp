@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <downrange/est/method/joint.hpp>
 #include <downrange/est/method/rewind.hpp>
+#include <tuple>
 
 #include "../support/drawn_flight.hpp"
 
@@ -125,6 +126,37 @@ TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {
     const double sigma = std::sqrt(line_of_sight.dot(e.cov.topLeftCorner<3, 3>() * line_of_sight));
     EXPECT_GT(sigma, 0.98 * f.settings.gps.no_gps.offset_prior_m) << name;
     EXPECT_LT(sigma, 3 * f.settings.gps.no_gps.offset_prior_m) << name;  // the range's scale adds to it
+  }
+}
+
+/// Stamps that are late by 20 ms cannot be told from a target that is elsewhere on its path: with one radar and no GPS
+/// nothing is learnt of them, and the second radar's plots find the difference of both.
+TEST(EveryMethodWithTheRegimeWithoutGps, LooksForTimeTagsOnlyWhereTwoRadarsBearOnThem) {
+  for (const char* name : {"joint", "schmidt"}) {
+    const Flight f = draw_flight(10, 60, false, false);
+    const auto method = make_method(name, f.settings);
+    const auto tag_of = [&](int radar) {
+      const BiasEstimate b = method->bias(radar);
+      const int tag = b.terms - 1;
+      EXPECT_EQ(b.term[static_cast<std::size_t>(tag)], BiasTerm::TimeTag);
+      return std::tuple(b.value[tag], std::sqrt(b.cov(tag, tag)), b.state[static_cast<std::size_t>(tag)]);
+    };
+    const Time second_radar_from = Time{} + seconds(40);
+    for (const Measurement& m : f.measurements) {
+      if (m.source == 0 && m.epoch < second_radar_from) continue;
+      if (m.source == 0 && m.epoch < second_radar_from + seconds(0.1)) {
+        const auto [value, sigma, state] = tag_of(1);
+        EXPECT_EQ(value, 0) << name;
+        EXPECT_NEAR(sigma, 0.02, 1e-9) << name;
+        EXPECT_EQ(state, BiasState::NotObservable) << name;
+      }
+      (void)method->process(m, m.epoch);
+    }
+    for (int radar = 0; radar < 2; ++radar) {
+      const auto [value, sigma, state] = tag_of(radar);
+      EXPECT_LT(sigma, 0.0199) << name;
+      EXPECT_LT(std::abs(value), 3 * sigma) << name;
+    }
   }
 }
 

@@ -54,6 +54,13 @@ Vec<BiasEstimate::max_terms> RadarBlock::prior_sigma() const {
   return sigma;
 }
 
+int RadarBlock::place_of(BiasTerm wanted) const {
+  for (int i = 0; i < terms; ++i) {
+    if (term[static_cast<std::size_t>(i)] == wanted) return at + i;
+  }
+  return -1;
+}
+
 BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
   BiasLayout layout{.first = first, .size = 0, .radars = {}};
   for (const RadarModel& radar : radars) {
@@ -78,6 +85,10 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
     tighten(model, BiasTerm::OffsetRange, regime.offset_prior_m);
     tighten(model, BiasTerm::OffsetAzimuth, regime.angle_prior_rad);
     tighten(model, BiasTerm::OffsetElevation, regime.angle_prior_rad);
+    // A quarter of the default priors: an azimuth scale of 1e-3 about south is 0.14 deg at a launch to the north-east.
+    tighten(model, BiasTerm::ScaleRange, 2.5e-5);
+    tighten(model, BiasTerm::ScaleAzimuth, 2.5e-4);
+    tighten(model, BiasTerm::ScaleElevation, 2.5e-4);
     PointingWander wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
     if (radar.sigma.azimuth_rad == 0) wander = {};
     layout.radars.push_back(block_of(model, wander, first + layout.size));
@@ -106,6 +117,13 @@ void reset_bias(Hypothesis& h, const RadarBlock& block) {
   }
   if (block.wanders()) cov.diagonal().tail<2>().setConstant(block.wander.sigma_rad * block.wander.sigma_rad);
   reset_block(h, block.at, mean, cov);
+}
+
+void hold_time_tag(Hypothesis& h, const RadarBlock& block) {
+  const int at = block.place_of(BiasTerm::TimeTag);
+  if (at < 0) return;
+  h.P.row(at).setZero();
+  h.P.col(at).setZero();
 }
 
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {
@@ -203,6 +221,32 @@ Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const 
   return l;
 }
 
+void open_bias(Bank& bank, const RadarBlock& block, bool holds_time_tag) {
+  for (int i = 0; i < bank.count; ++i) {
+    Hypothesis& h = bank.mode[static_cast<std::size_t>(i)];
+    reset_bias(h, block);
+    if (holds_time_tag) hold_time_tag(h, block);
+  }
+}
+
+void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::uint64_t tracking) {
+  for (int i = 0; i < bank.count; ++i) {
+    Hypothesis& h = bank.mode[static_cast<std::size_t>(i)];
+    const Vec<3> v = h.x.segment<3>(motion_at + 3);
+    for (std::size_t radar = 0; radar < layout.radars.size(); ++radar) {
+      const RadarBlock& block = layout.radars[radar];
+      const int at = block.place_of(BiasTerm::TimeTag);
+      if (at < 0) continue;
+      const double variance = block.model.prior_cov(index(BiasTerm::TimeTag), index(BiasTerm::TimeTag));
+      h.P(at, at) += variance;
+      if ((tracking >> radar & 1) == 0) continue;
+      h.P.block<3, 3>(motion_at, motion_at) += variance * v * v.transpose();
+      h.P.block<3, 1>(motion_at, at) += variance * v;
+      h.P.block<1, 3>(at, motion_at) = h.P.block<3, 1>(motion_at, at).transpose();
+    }
+  }
+}
+
 void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block) {
   // h(p, b) = q: dp/db = -(dh/dp)^-1 dh/db. At the radar's own place, and straight above it, dh/dp says nothing.
   const PlotLinearisation l = linearise_plot(h, motion_at, MotionModel{}, radar, block, Polar{});
@@ -214,11 +258,8 @@ void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const Ra
   h.P.middleCols<3>(motion_at) += h.P.middleCols(block.at, block.size()) * dp_db.transpose();
   mirror(h.P);
   // Where the target was within a time tag of unknown size, at a velocity that is not known either.
-  for (int i = 0; i < block.terms; ++i) {
-    if (block.term[static_cast<std::size_t>(i)] == BiasTerm::TimeTag)
-      h.P.block<3, 3>(motion_at, motion_at) +=
-          h.P(block.at + i, block.at + i) * h.P.block<3, 3>(motion_at + 3, motion_at + 3);
-  }
+  const int tag = block.place_of(BiasTerm::TimeTag);
+  if (tag >= 0) h.P.block<3, 3>(motion_at, motion_at) += h.P(tag, tag) * h.P.block<3, 3>(motion_at + 3, motion_at + 3);
 }
 
 void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion) {
@@ -321,6 +362,11 @@ BiasEstimate combined_bias(const Bank& bank, const RadarBlock& block) {
     cov += bank.probability[static_cast<Eigen::Index>(i)] *
            (bank.mode[i].P.block(block.at, block.at, block.terms, block.terms) +
             d.head(block.terms) * d.head(block.terms).transpose());
+  }
+  // A time tag that is held is known no better than before.
+  for (int i = 0; i < block.terms; ++i) {
+    const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
+    if (b.cov(i, i) == 0) b.cov(i, i) = block.model.prior_cov(k, k);
   }
   return b;
 }

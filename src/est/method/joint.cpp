@@ -34,7 +34,7 @@ Joint::State Joint::initial() const {
 }
 
 void Joint::size_state(State& s, Target& t, bool without_gps) const {
-  t.without_gps = without_gps;
+  t.without_gps = t.holds_time_tags = without_gps;
   t.bank.count = models_.count;
   t.bank.probability = models_.initial_probability;
   const BiasLayout& blocks = layout(t);
@@ -51,7 +51,10 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(n);
     h.P.setZero(n, n);
-    for (const RadarBlock& block : blocks.radars) reset_bias(h, block);
+    for (const RadarBlock& block : blocks.radars) {
+      reset_bias(h, block);
+      if (t.holds_time_tags) hold_time_tag(h, block);
+    }
     if (teacher != nullptr) {
       const Hypothesis& known = teacher->bank.mode[static_cast<std::size_t>(likeliest(teacher->bank))];
       h.x.tail(blocks.size) = known.x.tail(blocks.size);
@@ -162,8 +165,7 @@ Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected
       restart_motion(t, m);
       return {};
     case Remedy::OpenBias:
-      for (int i = 0; i < t.bank.count; ++i)
-        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)], t.holds_time_tags);
       break;
     case Remedy::Unite:
       unite(t, m, track.mean);
@@ -261,6 +263,11 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Plot plot = plot_of(m.measured);
+  const std::uint64_t others = Arbitration::other_radars(t.life, m);
+  if (t.holds_time_tags && others != 0) {
+    t.holds_time_tags = false;
+    open_time_tags(t.bank, motion_at, layout(t), others);
+  }
   SourceAccount& account = s.accounts[source];
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
     return update<M>(

@@ -50,7 +50,7 @@ void Schmidt::reserve(State& state) const {
 
 void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
   t.has_state = true;
-  t.without_gps = without_gps;
+  t.without_gps = t.holds_time_tags = without_gps;
   t.epoch = t.mixed = epoch;
   t.bank.count = models_.count;
   t.bank.probability = models_.initial_probability;
@@ -58,7 +58,10 @@ void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(first_radar_ + layout(t).size);
     h.P.setZero(h.x.size(), h.x.size());
-    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block);
+    for (const RadarBlock& block : layout(t).radars) {
+      reset_bias(h, block);
+      if (t.holds_time_tags) hold_time_tag(h, block);
+    }
   }
 }
 
@@ -148,9 +151,8 @@ void Schmidt::note_learnt(Target& t, int source, const TimedPlot& plot, bool lea
   } else if (arbitration_.explained_by_bias(source, plot, t.epoch, gps_motion(t)) &&
              ++radar.rejected_in_row >= settings_.arbitration.reopen_after) {
     radar.rejected_in_row = 0;
-    if (!radar.opening.open(plot.epoch, settings_.arbitration.reopen_after)) return;
-    for (int i = 0; i < t.bank.count; ++i)
-      reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(source)]);
+    if (radar.opening.open(plot.epoch, settings_.arbitration.reopen_after))
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(source)], t.holds_time_tags);
   }
 }
 
@@ -281,6 +283,11 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     if (!starts_near_gps_ || !has_reference(t, m.epoch)) return {};
     start_fused_near_gps(t);
   }
+  const std::uint64_t others = Arbitration::other_radars(t.life, m);
+  if (t.holds_time_tags && others != 0) {
+    t.holds_time_tags = false;
+    open_time_tags(t.bank, fused_at, layout(t), others);
+  }
   Outcome outcome;
   if (t.fused_started) {
     const Plot plot = plot_of(m.measured);
@@ -306,8 +313,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
       start_fused_by(t, m);
       break;
     case Remedy::OpenBias:
-      for (int i = 0; i < t.bank.count; ++i)
-        reset_bias(t.bank.mode[static_cast<std::size_t>(i)], layout(t).radars[static_cast<std::size_t>(m.source)]);
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)], t.holds_time_tags);
       break;
     case Remedy::None:
     case Remedy::Unite:

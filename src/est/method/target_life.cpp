@@ -187,7 +187,7 @@ bool Arbitration::alone_against_gps(TargetLife& life, const Measurement& plot, b
   int& refused = life.radars[static_cast<std::size_t>(plot.source)].refused_by_gps;
   refused = refused_by_gps ? refused + 1 : 0;
   if (!refused_by_gps) return false;
-  const std::uint64_t radars = recent_radars(life, plot.epoch) & ~(std::uint64_t{1} << plot.source);
+  const std::uint64_t radars = other_radars(life, plot);
   for (std::size_t i = 0; i < life.radars.size(); ++i) {
     if ((radars >> i & 1) != 0 && life.radars[i].refused_by_gps >= not_an_outlier) return false;
   }

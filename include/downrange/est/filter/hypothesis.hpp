@@ -42,6 +42,8 @@ struct RadarBlock {
   [[nodiscard]] Vec<2> pointing_error(const Eigen::VectorXd& x, double elevation_rad) const;
   /// Both, the slow errors as offsets.
   [[nodiscard]] Vec<bias_term_count> bias_at(const Eigen::VectorXd& x, double elevation_rad) const;
+  /// Where a term stands in the state vector; -1: the radar has none.
+  [[nodiscard]] int place_of(BiasTerm wanted) const;
   /// 1-sigma of each term before any data.
   [[nodiscard]] Vec<BiasEstimate::max_terms> prior_sigma() const;
 };
@@ -63,6 +65,9 @@ struct BiasLayout {
 void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
                  const Eigen::Ref<const Eigen::MatrixXd>& cov);
 void reset_bias(Hypothesis& h, const RadarBlock& block);
+/// Of one radar alone, a late stamp cannot be told from the target's place along its path: until another radar bears on
+/// it, the time tag is held at its prior mean, as if it were known.
+void hold_time_tag(Hypothesis& h, const RadarBlock& block);
 /// A quarter of their prior covariance is added to the biases of the radars whose bits are set: a returning receiver
 /// may show them to have been mistaken.
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars);
@@ -228,6 +233,12 @@ struct Bank {
   std::array<Hypothesis, ModelSet::max_models> mode;
   Vec<ModelSet::max_models> probability = Vec<ModelSet::max_models>::UnitX();
 };
+
+/// A radar's bias may be anything again that its prior allows; with its time tag held or not.
+void open_bias(Bank& bank, const RadarBlock& block, bool holds_time_tag);
+/// The time tags held get their priors. The radars whose bits are set have told the motion at `motion_at`, which is off
+/// by their tag times velocity.
+void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::uint64_t tracking);
 
 /// A motion made of a radar's plot alone is wrong by that radar's bias: the position gets what is not known of the
 /// bias, and the covariance with it. Taken as independent, one target would claim to have learnt the offsets by its own

@@ -36,9 +36,10 @@ class Joint {
   };
   struct Target {
     bool started = false;
-    bool without_gps = false;  ///< the regime
-    Time epoch;                ///< of the bank
-    Time mixed;                ///< last interaction of the bank's models
+    bool without_gps = false;      ///< the regime
+    bool holds_time_tags = false;  ///< in it, while one radar has been heard
+    Time epoch;                    ///< of the bank
+    Time mixed;                    ///< last interaction of the bank's models
     Bank bank;
     Manoeuvre manoeuvre;  ///< kinematics vdie only
     Time data_epoch;      ///< newest accepted measurement

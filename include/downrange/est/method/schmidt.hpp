@@ -55,8 +55,9 @@ class Schmidt {
     Plot plot;
   };
   struct Target {
-    bool has_state = false;    ///< the bank is sized and holds the biases
-    bool without_gps = false;  ///< the regime
+    bool has_state = false;        ///< the bank is sized and holds the biases
+    bool without_gps = false;      ///< the regime
+    bool holds_time_tags = false;  ///< in it, while one radar has been heard
     bool fused_started = false;
     GpsReference gps;
     Time epoch;  ///< of the bank

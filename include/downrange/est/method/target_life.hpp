@@ -128,6 +128,10 @@ class Arbitration {
   /// Radars that had a plot accepted within the last second before `now`, a bit each.
   [[nodiscard]] static std::uint64_t recent_radars(const TargetLife& life, Time now);
 
+  /// Of these, all but the plot's own.
+  [[nodiscard]] static std::uint64_t other_radars(const TargetLife& life, const Measurement& plot) {
+    return recent_radars(life, plot.epoch) & ~(std::uint64_t{1} << plot.source);
+  }
   /// Covariance union with a fix that is `nu` away from the track in position and velocity: what to add to the
   /// covariance of these six, so that both may be right.
   [[nodiscard]] static Mat<6, 6> union_term(const Vec<6>& nu);
