@@ -112,6 +112,34 @@ TEST(Joint, PointingThatWandersIsAState) {
   EXPECT_LT(square_with, 0.7 * square_without);
 }
 
+/// A track that was dead-reckoned while the receiver's slow error took up the difference: 40 m are no receiver's.
+TEST(Joint, WhatNoReceiverErrsByIsTheMotions) {
+  for (const double carried_m : {10.0, 40.0}) {
+    Flight f = draw_flight(6, 12, true);
+    f.settings.motion.kinematics = Kinematics::Ca;
+    const Joint joint(f.settings);
+    Joint::State state = joint.initial();
+    for (const Measurement& m : f.measurements) (void)joint.apply(state, m);
+    Hypothesis& h = state.targets[0].bank.mode[0];
+    const Vec<3> there = h.x.head<3>();
+    const Vec<3> carried(0, carried_m, 0);
+    h.x.head<3>() -= carried;
+    h.x.segment<3>(Joint::gps_error_at) = carried;
+    Measurement m;
+    m.source = static_cast<int>(f.settings.radars.size());
+    m.epoch = state.targets[0].epoch;
+    m.measured = Fix{};
+    test::fix(m).position.m = there;
+    test::fix(m).sigma_horizontal_m = test::fix(m).sigma_vertical_m = 5;
+    ASSERT_EQ(joint.apply(state, m).verdict, Verdict::Accepted);
+    const double off_m = (h.x.head<3>() - there).norm();
+    EXPECT_LT(off_m, carried_m > 20 ? 5 : 11) << carried_m;
+    if (carried_m < 20) {
+      EXPECT_GT(off_m, 5);  // may well be the receiver's
+    }
+  }
+}
+
 /// A radar alone, without GPS, never knows the target's range better than its own offset of range: a start that took
 /// the plot's error as noise would claim to have learnt it.
 TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {

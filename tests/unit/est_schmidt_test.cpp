@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <downrange/est/method/schmidt.hpp>
 
 #include "../support/drawn_flight.hpp"
@@ -149,6 +150,41 @@ TEST(Schmidt, AFixCorrectsTheGpsTrackAndTheBiasesAsTheConsiderFilterDoes) {
   // No fix touches the fused track.
   EXPECT_EQ(after.x.head<9>(), f.mode().x.head<9>());
   EXPECT_EQ((after.P.topLeftCorner<9, 9>()), (f.mode().P.topLeftCorner<9, 9>()));
+}
+
+/// An engine of 30 m/s^2 is lit between two fixes. A receiver that jumps by 300 m is refused as ever, and leaves the
+/// GPS track as it was.
+TEST(Schmidt, AnIgnitionIsNoFaultOfTheReceiver) {
+  for (const double jump_m : {0.0, 300.0}) {
+    MethodSettings settings = draw_flight(1, 1, false).settings;
+    settings.radars.clear();
+    settings.motion.kinematics = Kinematics::Ca;
+    const Schmidt schmidt(settings);
+    Schmidt::State state = schmidt.initial();
+    const Vec<3> start(-3.2e6, 4.2e6, 3.7e6);
+    const Vec<3> up = start.normalized();
+    Mat<9, 9> before = Mat<9, 9>::Zero();
+    for (int t = 0; t < 40; ++t) {
+      const double burning = std::max(0.0, t - 20.0);
+      Measurement m;
+      m.epoch = Time{} + seconds(100.0 + t);
+      m.sequence = static_cast<std::uint64_t>(t) + 1;
+      m.measured = Fix{};
+      Fix& fix = test::fix(m);
+      fix.position.m = start + (2000 * t + 15 * burning * burning + (t == 30 ? jump_m : 0)) * up;
+      fix.velocity.m_s = (2000 + 30 * burning) * up;
+      fix.velocity_valid = true;
+      fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
+      fix.sigma_velocity_m_s = 0.2;
+      const bool jumps = t == 30 && jump_m > 0;
+      EXPECT_EQ(schmidt.apply(state, m).verdict, jumps ? Verdict::Gated : Verdict::Accepted) << t;
+      const Mat<9, 9> P = state.targets[0].bank.mode[0].P.block<9, 9>(Schmidt::gps_at, Schmidt::gps_at);
+      if (jumps) {
+        EXPECT_LT(P.trace(), 10 * before.trace());
+      }
+      before = P;
+    }
+  }
 }
 
 /// There is nothing then that the two could do differently: radars find their biases against each other.

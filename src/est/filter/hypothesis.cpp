@@ -247,6 +247,23 @@ void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::ui
   }
 }
 
+Vec<3> combined_three(const Bank& bank, int at) {
+  Vec<3> mean = Vec<3>::Zero();
+  for (int i = 0; i < bank.count; ++i)
+    mean += bank.probability[i] * bank.mode[static_cast<std::size_t>(i)].x.segment<3>(at);
+  return mean;
+}
+
+Mat<3, 3> union_term(const Vec<3>& d) { return d * d.transpose() + d.squaredNorm() / 3 * Mat<3, 3>::Identity(); }
+
+void give_error_to_motion(Bank& bank, int motion_at, int error_at, double sigma_m) {
+  for (int i = 0; i < bank.count; ++i) {
+    Hypothesis& h = bank.mode[static_cast<std::size_t>(i)];
+    h.P.block<3, 3>(motion_at, motion_at) += union_term(h.x.segment<3>(error_at));
+    reset_block(h, error_at, Vec<3>::Zero(), sigma_m * sigma_m * Mat<3, 3>::Identity());
+  }
+}
+
 void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const RadarBlock& block) {
   // h(p, b) = q: dp/db = -(dh/dp)^-1 dh/db. At the radar's own place, and straight above it, dh/dp says nothing.
   const PlotLinearisation l = linearise_plot(h, motion_at, MotionModel{}, radar, block, Polar{});

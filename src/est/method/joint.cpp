@@ -233,6 +233,8 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   const Fix& fix = fix_of(m);
+  if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
+    give_error_to_motion(t.bank, motion_at, gps_error_at, settings_.gps.error.sigma_m);
   const auto use = [&]<int M>() {
     return update<M>(t, account, fix_noise<M>(fix), gates_[M], [&](const Hypothesis& h, const MotionModel&) {
       return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));

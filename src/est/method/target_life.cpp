@@ -2,6 +2,7 @@
 #include <bit>
 #include <cmath>
 #include <downrange/est/filter/consistency.hpp>
+#include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/method/target_life.hpp>
 #include <downrange/est/model/plot_model.hpp>
 
@@ -258,6 +259,11 @@ Arbitration::Misfit Arbitration::misfit(std::size_t source, const TimedPlot& plo
   });
 }
 
+bool Arbitration::is_no_gps_error(const Vec<3>& error) const {
+  static const double most = chi2_quantile(1 - 1e-6, 3);
+  return gps_error_variance_ > 0 && error.squaredNorm() > most * gps_error_variance_;
+}
+
 Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {
   const Fix& fix = fix_of(m);
   Vec<6> nu = Vec<6>::Zero();
@@ -274,10 +280,7 @@ Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, cons
 
 Mat<6, 6> Arbitration::union_term(const Vec<6>& nu) {
   Mat<6, 6> term = Mat<6, 6>::Zero();
-  for (int part = 0; part < 6; part += 3) {
-    const Vec<3> d = nu.segment<3>(part);
-    term.block<3, 3>(part, part) = d * d.transpose() + d.squaredNorm() / 3 * Mat<3, 3>::Identity();
-  }
+  for (int part = 0; part < 6; part += 3) term.block<3, 3>(part, part) = downrange::union_term(nu.segment<3>(part));
   return term;
 }
 

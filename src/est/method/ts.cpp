@@ -247,6 +247,7 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   const Fix& fix = fix_of(m);
+  bound_gps_error(s, t);
   const Vec<N> x = compensated_mean(t.track, s.bias);
   const auto use = [&]<int M>() {
     Vec<M> nu;
@@ -263,6 +264,21 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>() : use.template operator()<3>();
+}
+
+template <int N>
+void Ts<N>::bound_gps_error(const State& s, Target& t) const {
+  if constexpr (N == 12) {
+    const Vec<3> error = compensated_mean(t.track, s.bias).template tail<3>();
+    if (!arbitration_.is_no_gps_error(error)) return;
+    Gaussian<N>& track = t.track.estimate;
+    track.cov.template topLeftCorner<3, 3>() += union_term(error);
+    track.mean.template tail<3>().setZero();
+    track.cov.template bottomRows<3>().setZero();
+    track.cov.template rightCols<3>().setZero();
+    track.cov.diagonal().template tail<3>().setConstant(std::pow(settings_.gps.error.sigma_m, 2));
+    t.track.V.template bottomRows<3>().setZero();
+  }
 }
 
 template <int N>

@@ -240,6 +240,14 @@ void open_bias(Bank& bank, const RadarBlock& block, bool holds_time_tag);
 /// by their tag times velocity.
 void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::uint64_t tracking);
 
+/// The three states from `at` on, of the mixture.
+[[nodiscard]] Vec<3> combined_three(const Bank& bank, int at);
+/// What to add to the covariance of a position so that another, `d` away, may be right as well (covariance union).
+[[nodiscard]] Mat<3, 3> union_term(const Vec<3>& d);
+/// The slow error of GPS at `error_at` is more than any receiver's: it is the motion, at `motion_at`, that may be so
+/// far off. The error begins anew with `sigma_m`.
+void give_error_to_motion(Bank& bank, int motion_at, int error_at, double sigma_m);
+
 /// A motion made of a radar's plot alone is wrong by that radar's bias: the position gets what is not known of the
 /// bias, and the covariance with it. Taken as independent, one target would claim to have learnt the offsets by its own
 /// start.

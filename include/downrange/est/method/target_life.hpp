@@ -132,6 +132,9 @@ class Arbitration {
   [[nodiscard]] static std::uint64_t other_radars(const TargetLife& life, const Measurement& plot) {
     return recent_radars(life, plot.epoch) & ~(std::uint64_t{1} << plot.source);
   }
+  /// No receiver's slow error is so large, in one of a million: then it is the motion that has gone elsewhere.
+  [[nodiscard]] bool is_no_gps_error(const Vec<3>& error) const;
+
   /// Covariance union with a fix that is `nu` away from the track in position and velocity: what to add to the
   /// covariance of these six, so that both may be right.
   [[nodiscard]] static Mat<6, 6> union_term(const Vec<6>& nu);
