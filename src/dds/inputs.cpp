@@ -128,4 +128,8 @@ bool InputWriters::wait_for_matched(int readers, std::chrono::milliseconds timeo
   });
 }
 
+bool InputWriters::wait_for_reader(std::size_t topic, std::chrono::milliseconds timeout) const {
+  return wait_until(timeout, [&] { return impl_->readers(topic).count() > 0; });
+}
+
 }  // namespace downrange::dds

@@ -67,6 +67,8 @@ class InputWriters {
   [[nodiscard]] WriteCounts counts() const;
   /// Whether every topic has met at least `readers` readers, waiting at most `timeout`.
   [[nodiscard]] bool wait_for_matched(int readers, std::chrono::milliseconds timeout) const;
+  /// Whether this one topic (its place in Inputs) has met a reader, waiting at most `timeout`.
+  [[nodiscard]] bool wait_for_reader(std::size_t topic, std::chrono::milliseconds timeout) const;
 
   class Impl;
   [[nodiscard]] Impl& impl() { return *impl_; }

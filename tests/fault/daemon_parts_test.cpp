@@ -4,11 +4,14 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <downrange/stage/catalogue.hpp>
 #include <filesystem>
 #include <mutex>
 
+#include "app/downranged/acknowledgements.hpp"
 #include "app/downranged/event_queue.hpp"
 #include "app/downranged/health_notes.hpp"
+#include "app/downranged/integrity_notes.hpp"
 #include "app/downranged/latency.hpp"
 #include "app/downranged/notify.hpp"
 #include "app/downranged/service.hpp"
@@ -72,8 +75,82 @@ TEST(Queue, NamesTheWorstRing) {
   for (std::uint64_t n = 1; n <= 17; ++n) queue.push(plot("a", n));
   for (int n = 1; n <= 20; ++n) queue.push(MissionEvent{});
   EXPECT_EQ(queue.losses().dropped, 5u);
-  EXPECT_EQ(queue.losses().worst, "mission");
+  EXPECT_EQ(queue.losses().worst, "orders");
   EXPECT_EQ(queue.losses().worst_dropped, 4u);
+}
+
+TEST(Queue, AnOperatorsOrderIsNoStrangers) {
+  EventQueue queue({"a"}, 16);
+  OperatorCommand command;
+  command.operator_id = "kim";
+  queue.push(command);
+  EXPECT_EQ(queue.losses().refused, 0u);
+  EXPECT_EQ(std::get<OperatorCommand>(queue.pop().value()).operator_id, Name("kim"));
+}
+
+TEST(AcknowledgementsTest, OrdersAndMarksAreAnsweredAndLogged) {
+  const config::ServiceConfig config = config::load(test::naro);
+  Acknowledgements acknowledgements(config.range);
+  const Time now{1'800'000'000'000'000'000};
+  OperatorCommand command;
+  command.operator_id = "kim";
+  command.order = OperatorOrder::Inhibit;
+  command.subject = "goheung";
+  command.reason = "spent stage";
+  command.sequence = 7;
+  command.epoch = command.received = now;
+  EXPECT_EQ(acknowledgements.note(command), "operator kim: inhibit goheung (spent stage)");
+  command.subject = "gohung";
+  command.sequence = 8;
+  EXPECT_EQ(acknowledgements.note(command).value_or("").find(
+                "operator kim: inhibit gohung REFUSED: no source is named 'gohung': there are goheung, jeju"),
+            0u);
+  MissionEvent mark;
+  mark.mission = "naro-3";
+  mark.kind = MissionEventKind::Hold;
+  mark.sequence = 9;
+  mark.epoch = mark.received = now;
+  EXPECT_EQ(acknowledgements.note(mark), "mission naro-3: hold");
+  EXPECT_EQ(acknowledgements.note(plot("goheung", 1)), std::nullopt);
+
+  const auto& newest = acknowledgements.newest();
+  ASSERT_EQ(newest.size(), 3u);
+  EXPECT_EQ(newest[0], (dds::Acknowledgement{input_index<MissionEvent>, "naro-3", 9, ""}));
+  EXPECT_EQ(newest[1].sequence, 8u);
+  EXPECT_FALSE(newest[1].refusal.empty());
+  EXPECT_EQ(newest[2], (dds::Acknowledgement{input_index<OperatorCommand>, "kim", 7, ""}));
+
+  const Time stepped_back = now - seconds(3600);
+  const std::vector<Event> in_force = acknowledgements.in_force(stepped_back);
+  ASSERT_EQ(in_force.size(), 2u) << "what was refused is not in force";
+  Orders orders(config.range);
+  orders.note(std::get<OperatorCommand>(in_force[0]));
+  EXPECT_TRUE(orders.inhibited(0)) << "not refused for being dated in the future";
+  for (const Event& event : in_force) EXPECT_EQ(received_of(event), stepped_back);
+
+  for (std::uint64_t n = 0; n < 20; ++n) static_cast<void>(acknowledgements.note(mark));
+  EXPECT_EQ(acknowledgements.newest().size(), 8u) << "as many as a status holds";
+}
+
+TEST(IntegrityNotesTest, EachChangeOnce) {
+  IntegrityNotes notes;
+  Integrity record;
+  record.target = "kslv";
+  record.bound_valid = true;
+  record.bound_m = 60;
+  record.sources = {{.sensor = "goheung"}, {.sensor = "jeju-tgs"}};
+  EXPECT_EQ(notes.changes(record), std::vector<std::string>{"kslv follows all sources, bound 60 m"});
+  EXPECT_TRUE(notes.changes(record).empty());
+  record.sources[1].verdict = IntegrityVerdict::Excluded;
+  record.sources[1].by = "integrity";
+  record.chain = "without-GPS";
+  record.bound_m = 80;
+  EXPECT_EQ(notes.changes(record), (std::vector<std::string>{"kslv: jeju-tgs excluded by integrity",
+                                                             "kslv follows chain without-GPS, bound 80 m"}));
+  record.bound_m = 90;
+  EXPECT_TRUE(notes.changes(record).empty()) << "a bound that moves is no news";
+  record.sources[1].verdict = IntegrityVerdict::Agrees;
+  EXPECT_EQ(notes.changes(record), std::vector<std::string>{"kslv: jeju-tgs agrees"});
 }
 
 TEST(HealthNotes, EachChangeOnceAndBySource) {
@@ -93,6 +170,11 @@ TEST(HealthNotes, EachChangeOnceAndBySource) {
   SourceHealth other = health;
   other.sensor = "b";
   EXPECT_EQ(notes.changes(other), "source b: NOT qualified: not_tracking");
+  SourceHealth inhibited = health;
+  inhibited.sensor = "d";
+  inhibited.why = Disqualification::Inhibited;
+  inhibited.by = "kim";
+  EXPECT_EQ(notes.changes(inhibited), "source d: NOT qualified: inhibited by kim");
   SourceHealth unheard;
   unheard.sensor = "c";
   unheard.why = Disqualification::Silent;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 
 #include "app/downranged/flight.hpp"
 #include "app/downranged/service.hpp"
@@ -65,6 +66,31 @@ class Site {
     for (const std::size_t radar : {0U, 1U}) static_cast<void>(writers_.write(vehicle_.plot(radar, sequence_, now)));
     static_cast<void>(writers_.write(vehicle_.angles(tracker_, sequence_, now)));
   }
+  /// Of an operator, given now; its sequence.
+  std::uint64_t order(OperatorOrder what, const Name& subject) {
+    OperatorCommand command;
+    command.operator_id = "kim";
+    command.order = what;
+    command.subject = subject;
+    command.reason = "test";
+    command.sequence = ++sequence_;
+    command.epoch = utc_();
+    command.simulated = true;
+    EXPECT_TRUE(writers_.write(command));
+    return command.sequence;
+  }
+  /// None: the node has not answered.
+  [[nodiscard]] std::optional<std::string> refusal(const Name& node, std::uint64_t sequence) const {
+    for (const dds::Acknowledgement& a : status(node).acknowledgements) {
+      if (a.sender == Name("kim") && a.sequence == sequence) return std::string(a.refusal.view());
+    }
+    return std::nullopt;
+  }
+  [[nodiscard]] SourceHealth health(const Name& source, const Name& node) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = health_.find({source, node});
+    return found == health_.end() ? SourceHealth{} : found->second;
+  }
   [[nodiscard]] dds::ServiceStatus status(const Name& node) const {
     const std::lock_guard lock(mutex_);
     const auto found = status_.find(node);
@@ -107,6 +133,45 @@ TEST(ServiceOnWallClock, HearsEverySourceAtAnAllInOneNode) {
     })) << source.view();
   }
   EXPECT_EQ(site.status("whole").dropped, 0U);
+}
+
+TEST(ServiceOnWallClock, AnOrderIsAnsweredCarriedOutAndHoldsOnWhenUtcIsSteppedBack) {
+  config::ServiceConfig config = range_with_tracker(69);
+  config.node.id = "whole";
+  std::atomic<std::int64_t> offset_ns = 0;
+  const auto utc = [&] { return utc_now() + Duration{offset_ns}; };
+  Site site(config, utc);
+  Service service(
+      config, [] {}, utc);
+  const Name radar = config.range.radars[0].id;
+  ASSERT_TRUE(eventually([&] {
+    site.send();
+    return site.accepted(radar, "whole") > 0;
+  }));
+  const std::uint64_t unknown = site.order(OperatorOrder::Inhibit, "nobody");
+  const std::uint64_t known = site.order(OperatorOrder::Inhibit, radar);
+  ASSERT_TRUE(eventually([&] { return site.refusal("whole", unknown) && site.refusal("whole", known); }));
+  EXPECT_EQ(site.refusal("whole", unknown)->find("no source is named 'nobody'"), 0U);
+  EXPECT_EQ(site.refusal("whole", known), "");
+  const auto inhibited = [&] {
+    site.send();
+    const SourceHealth health = site.health(radar, "whole");
+    return health.why == Disqualification::Inhibited && health.by == Name("kim") &&
+           health.count[static_cast<std::size_t>(Reason::Inhibited)] > 0;
+  };
+  EXPECT_TRUE(eventually(inhibited));
+  offset_ns = -3'600'000'000'000;
+  ASSERT_TRUE(eventually([&] { return site.status("whole").state.find("UTC back") == 0; }));
+  EXPECT_TRUE(eventually([&] {
+    const SourceHealth health = site.health(radar, "whole");
+    return inhibited() && health.time < utc_now() - seconds(3000);
+  })) << "of the flight before the step";
+  const std::uint64_t release = site.order(OperatorOrder::Release, radar);
+  EXPECT_TRUE(eventually([&] { return site.refusal("whole", release) == ""; }));
+  EXPECT_TRUE(eventually([&] {
+    site.send();
+    return site.accepted(radar, "whole") > 0;
+  }));
 }
 
 TEST(ServiceOnWallClock, HearsEverySourceAtACentre) {

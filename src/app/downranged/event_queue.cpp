@@ -69,14 +69,15 @@ EventQueue::Losses EventQueue::losses() const {
     const std::uint64_t dropped = rings_[i].dropped;
     losses.dropped += dropped;
     if (dropped <= losses.worst_dropped) continue;
-    losses.worst = i < sources_.size() ? std::string(sources_[i].view()) : "mission";
+    losses.worst = i < sources_.size() ? std::string(sources_[i].view()) : "orders";
     losses.worst_dropped = dropped;
   }
   return losses;
 }
 
 EventQueue::Ring* EventQueue::ring_of(const Event& event) {
-  if (std::holds_alternative<MissionEvent>(event)) return &rings_.back();
+  if (std::holds_alternative<MissionEvent>(event) || std::holds_alternative<OperatorCommand>(event))
+    return &rings_.back();
   const auto known = std::ranges::find(sources_, source_of(event));
   return known == sources_.end() ? nullptr : &rings_[static_cast<std::size_t>(known - sources_.begin())];
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Between the listeners and the engine on the wall clock: one ring per source and one for the mission's events. Events
-/// leave in order of arrival; a source that floods loses its own oldest events only, a stranger's are refused.
+/// Between the listeners and the engine on the wall clock: one ring per source, one for the mission and the operators.
+/// Events leave in order of arrival; a source that floods loses its own oldest events only, a stranger's are refused.
 
 #include <chrono>
 #include <condition_variable>
@@ -19,7 +19,7 @@ class EventQueue {
   struct Losses {
     std::uint64_t dropped = 0;        ///< pushed out of a full ring
     std::uint64_t refused = 0;        ///< of sources that are not configured
-    std::string worst;                ///< whose ring dropped most ("mission" for the mission's); empty: none did
+    std::string worst;                ///< whose ring dropped most ("orders" for mission's and operators'); empty: none
     std::uint64_t worst_dropped = 0;  ///< of that ring
   };
 
@@ -54,7 +54,7 @@ class EventQueue {
   [[nodiscard]] Ring* oldest_locked();
 
   std::vector<Name> sources_;
-  std::vector<Ring> rings_;  ///< as sources_, then the mission's
+  std::vector<Ring> rings_;  ///< as sources_, then the mission's and operators'
   mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::uint64_t arrivals_ = 0;

@@ -18,6 +18,7 @@ Flight::Flight(const config::ServiceConfig& config, dds::OutputWriters& outputs,
     : outputs_(outputs),
       recorder_(std::move(recorder)),
       utc_(std::move(utc)),
+      acknowledgements_(config.range),
       engine_(config.range, config.node.stages, *this) {}
 
 Flight::~Flight() {
@@ -28,6 +29,7 @@ void Flight::consume(const Event& event) {
   const Event admitted = engine_.admit(event);
   if (recorder_) recorder_->consumed(admitted);
   engine_.handle(admitted);
+  if (const auto note = acknowledgements_.note(admitted)) spdlog::info("{}", *note);
   newest_ = received_of(admitted);
   ++consumed_;
 }
@@ -52,6 +54,8 @@ void Flight::emit(const Result& result) {
   ++emitted_;
   if (const auto* health = std::get_if<SourceHealth>(&result)) {
     if (const std::string note = notes_.changes(*health); !note.empty()) spdlog::warn("{}", note);
+  } else if (const auto* integrity = std::get_if<Integrity>(&result)) {
+    for (const std::string& note : integrity_notes_.changes(*integrity)) spdlog::warn("{}", note);
   }
 }
 

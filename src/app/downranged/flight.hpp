@@ -7,8 +7,10 @@
 #include <memory>
 #include <string>
 
+#include "acknowledgements.hpp"
 #include "dds/outputs.hpp"
 #include "health_notes.hpp"
+#include "integrity_notes.hpp"
 #include "recorder.hpp"
 
 namespace downrange::app {
@@ -34,6 +36,8 @@ class Flight final : private ResultSink {
   /// Commands that were not sent: they were no longer valid when they were made.
   [[nodiscard]] std::uint64_t expired() const { return expired_; }
   [[nodiscard]] Time last_tick() const { return engine_.last_tick(); }
+  /// What became of orders and marks.
+  [[nodiscard]] const Acknowledgements& acknowledgements() const { return acknowledgements_; }
   /// None: the flight is not recorded.
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
 
@@ -44,7 +48,9 @@ class Flight final : private ResultSink {
   dds::OutputWriters& outputs_;
   std::unique_ptr<Recorder> recorder_;
   std::function<Time()> utc_;
+  Acknowledgements acknowledgements_;
   HealthNotes notes_;
+  IntegrityNotes integrity_notes_;
   Engine engine_;
   Time newest_;  ///< `received` of the newest event
   std::uint64_t consumed_ = 0;

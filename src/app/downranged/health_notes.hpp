@@ -17,7 +17,9 @@ class HealthNotes {
     Told& told = told_[health.sensor];
     std::string text;
     if (health.qualified != told.qualified)
-      text += health.qualified ? "; qualified again" : fmt::format("; NOT qualified: {}", why_not_qualified(health));
+      text += health.qualified ? "; qualified again"
+                               : fmt::format("; NOT qualified: {}{}{}", why_not_qualified(health),
+                                             health.by.empty() ? "" : " by ", health.by.view());
     if (health.mismatch != told.mismatch)
       text += health.mismatch ? fmt::format(
                                     "; MISMATCH: {:.1f} % of its last {} NIS inside 95 %: what is configured of it "

@@ -2,9 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
-#include <time.h>
 
 #include <algorithm>
+#include <downrange/stage/catalogue.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <exception>
 
@@ -52,10 +52,19 @@ std::vector<Name> ingest_nodes(const config::ServiceConfig& config) {
   return config.node.stages.ingest ? std::vector<Name>{} : config.dds.ingest_nodes;
 }
 
-std::vector<Name> source_names(const RangeConfig& range) {
+/// Sources, and antennas, which tell where they point and stand.
+std::vector<Name> sender_names(const RangeConfig& range) {
   std::vector<Name> names;
   for (const Source& source : SourceTable(range)) names.push_back(source.name);
+  for (const AntennaConfig& antenna : range.antennas) {
+    if (std::ranges::find(names, antenna.id) == names.end()) names.push_back(antenna.id);
+  }
   return names;
+}
+
+/// What is acknowledged in the status.
+bool is_order(const Event& event) {
+  return std::holds_alternative<OperatorCommand>(event) || std::holds_alternative<MissionEvent>(event);
 }
 
 const config::ServiceConfig& checked(const config::ServiceConfig& config) {
@@ -64,12 +73,6 @@ const config::ServiceConfig& checked(const config::ServiceConfig& config) {
 }
 
 }  // namespace
-
-Time utc_now() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return {static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec};
-}
 
 Service::MiddlewareLog::MiddlewareLog() {
   dds::set_log_sink([](const dds::LogLine& line) {
@@ -84,7 +87,7 @@ Service::Service(const config::ServiceConfig& config, std::function<void()> on_f
       utc_(std::move(utc)),
       participant_(participant_options(config_)),
       outputs_(participant_, output_options(config_)),
-      queue_(source_names(config_.range), config_.node.queue) {
+      queue_(sender_names(config_.range), config_.node.queue) {
   for (const std::string& note : participant_.notes()) spdlog::warn("dds: {}", note);
   const bool sensors = config_.node.stages.ingest;
   if (config_.clock.mode == config::ClockMode::Wall) {
@@ -152,7 +155,7 @@ void Service::take_step(Duration step) {
   }
   spdlog::error("UTC stepped back {:.1f} s: flight restarted", -s);
   state_ = fmt::format("UTC back {:.1f} s: restarted", -s);  // the status has room for 31 characters
-  begin_flight();
+  begin_flight_anew();
 }
 
 void Service::leave_out_ticks(Time now) {
@@ -183,6 +186,7 @@ void Service::consume_oldest() {
   set_received(*event, std::min(received_of(*event), utc_()));
   leave_out_ticks(received_of(*event));
   flight_->consume(*event);
+  if (is_order(*event)) next_status_ = Clock::now();  // who gave it waits for the answer
   latency_.add(utc_() - received_of(*event));
 }
 
@@ -242,6 +246,12 @@ void Service::begin_flight() {
   flight_ = std::make_unique<Flight>(config_, outputs_, std::move(recorder), input_ ? utc_ : std::function<Time()>{});
 }
 
+void Service::begin_flight_anew() {
+  const std::vector<Event> in_force = flight_->acknowledgements().in_force(utc_());
+  begin_flight();
+  for (const Event& event : in_force) flight_->consume(event);
+}
+
 std::unique_ptr<Recorder> Service::open_recorder() const {
   return config_.archive.enabled ? std::make_unique<Recorder>(config_, utc_()) : nullptr;
 }
@@ -262,7 +272,10 @@ void Service::end_flight() {
 
 bool Service::takes(const Event& event) const {
   const std::vector<Name>& sources = config_.node.sources;
-  if (sources.empty() || std::holds_alternative<MissionEvent>(event)) return true;
+  const bool measured = std::visit(
+      []<class Record>(const Record&) { return Measurements::contains<Record> || std::is_same_v<Record, Observation>; },
+      event);
+  if (sources.empty() || !measured) return true;
   return std::ranges::find(sources, source_of(event)) != sources.end();
 }
 
@@ -302,6 +315,8 @@ void Service::publish_status() {
                        latency_.max_us()};
   status.state = state_;
   status.mismatch = report_mismatches();
+  status.utc = read_utc_state();
+  if (flight_) status.acknowledgements = flight_->acknowledgements().newest();
   outputs_.publish(status);
   report_losses(status.dropped, queue, read, written);
 }

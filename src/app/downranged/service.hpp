@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "app/machine_clock.hpp"
 #include "config/service_config.hpp"
 #include "dds/inputs.hpp"
 #include "dds/outputs.hpp"
@@ -22,9 +23,6 @@
 #include "utc_watch.hpp"
 
 namespace downrange::app {
-
-/// The machine's UTC.
-[[nodiscard]] Time utc_now();
 
 class Service {
  public:
@@ -75,10 +73,12 @@ class Service {
   [[nodiscard]] std::optional<dds::RangeStep> next_step();
   /// A new flight in place of the last; without an archive where that cannot be opened.
   void begin_flight();
+  /// The same after a step of UTC back: what operators ordered and what the mission's clock tells holds on.
+  void begin_flight_anew();
   void end_flight();
   [[nodiscard]] std::unique_ptr<Recorder> open_recorder() const;
   [[nodiscard]] std::string archive_state();
-  /// Ownership of its input topics: whether this node takes the event.
+  /// Whether this node takes the event: measurements of its sources only.
   [[nodiscard]] bool takes(const Event& event) const;
   /// For the watchdog, and once a second the status.
   void beat();

@@ -1,0 +1,77 @@
+#include "acknowledgements.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <downrange/stage/catalogue.hpp>
+#include <string_view>
+
+namespace downrange::app {
+namespace {
+
+/// As many as ServiceStatusV3 holds.
+constexpr std::size_t newest_kept = 8;
+/// Far more than a flight has.
+constexpr std::size_t taken_kept = 256;
+
+std::string order_text(const OperatorCommand& command) {
+  static constexpr std::array<std::string_view, 10> words{
+      "inhibit",           "release", "force", "reset the bias of",       "hold", "pin the source of",
+      "pin the target of", "trim",    "stop",  "acknowledge the alarm of"};
+  std::string text = fmt::format("{} {}", words.at(static_cast<std::size_t>(command.order)), command.subject.view());
+  if (!command.argument.empty()) text += fmt::format(" on {}", command.argument.view());
+  return text;
+}
+
+std::string mark_text(const MissionEvent& event) {
+  static constexpr std::array<std::string_view, 6> words{"planned lift-off", "lift-off", "staging", "mark", "hold",
+                                                         "recycle"};
+  std::string text(words.at(static_cast<std::size_t>(event.kind)));
+  if (!event.label.empty()) text += fmt::format(" '{}'", event.label.view());
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> Acknowledgements::note(const Event& event) {
+  if (const auto* command = std::get_if<OperatorCommand>(&event)) {
+    const std::string refusal = orders_.refusal(*command);
+    orders_.note(*command);
+    acknowledge(input_index<OperatorCommand>, command->operator_id, command->sequence, refusal);
+    if (refusal.empty()) keep(event);
+    return fmt::format("operator {}: {}{} ({})", command->operator_id.view(), order_text(*command),
+                       refusal.empty() ? "" : " REFUSED: " + refusal, command->reason.view());
+  }
+  if (const auto* mark = std::get_if<MissionEvent>(&event)) {
+    const std::string refusal = mission_.refusal(*mark);
+    mission_.note(*mark);
+    acknowledge(input_index<MissionEvent>, mark->mission, mark->sequence, refusal);
+    if (refusal.empty()) keep(event);
+    return fmt::format("mission {}: {}{}", mark->mission.view(), mark_text(*mark),
+                       refusal.empty() ? "" : " REFUSED: " + refusal);
+  }
+  return std::nullopt;
+}
+
+void Acknowledgements::acknowledge(std::size_t topic, const Name& sender, std::uint64_t sequence,
+                                   const std::string& refusal) {
+  newest_.insert(newest_.begin(), dds::Acknowledgement{topic, sender, sequence, Remark(refusal)});
+  if (newest_.size() > newest_kept) newest_.pop_back();
+}
+
+void Acknowledgements::keep(const Event& event) {
+  if (taken_.size() == taken_kept) taken_.erase(taken_.begin());
+  taken_.push_back(event);
+}
+
+std::vector<Event> Acknowledgements::in_force(Time now) const {
+  std::vector<Event> events = taken_;
+  for (Event& event : events) {
+    set_received(event, now);
+    if (auto* command = std::get_if<OperatorCommand>(&event)) command->epoch = std::min(command->epoch, now);
+  }
+  return events;
+}
+
+}  // namespace downrange::app
