@@ -76,6 +76,12 @@ starts "downranged --config my-range.toml --node site-a --stages ingest --source
 stops
 starts "downranged --config my-range.toml --node centre --stages align,fuse,slave --set 'dds.ingest_nodes=[\"site-a\"]'"
 stops
+starts "downranged --config my-range.toml"
+only "downrange preflight my-range.toml" "no-go without sources: tried by unit_preflight and command_fault_test"
+run "downrange operator mission planned --at +600 --config my-range.toml"
+run "downrange operator inhibit goheung --as kim --reason \"spent stage in the beam\" --config my-range.toml"
+run "downrange operator release goheung --as kim --reason \"beam is clear\" --config my-range.toml"
+stops
 run "downrange import my-mapping.toml --out flight.mcap"
 run "downrange replay flight.mcap --config my-range.toml --out flown.mcap"
 run "downrange report flown.mcap"

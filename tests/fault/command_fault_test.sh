@@ -76,6 +76,23 @@ expect 2 "nonesuch" "$downrange" replay "$work/good.mcap" --methods nonesuch
 expect 1 "identical" "$downrange" diff "$work/good.mcap" "$work/out.mcap"
 expect 0 "identical" "$downrange" diff "$work/out.mcap" "$work/out.mcap"
 
+# On the pad there are the vehicle's fixes, and the radars do not see it yet.
+expect 1 "GO     goheung-tgs" "$downrange" preflight --archive "$work/good.mcap" --json "$work/preflight.json"
+expect 1 "NO-GO: nothing heard" "$downrange" preflight --archive "$work/good.mcap" --seconds 5
+expect 0 '"pad_sigmas"' cat "$work/preflight.json"
+expect 1 "absent.mcap" "$downrange" preflight "$naro" --archive "$work/absent.mcap"
+expect 2 "CONFIG or --archive" "$downrange" preflight
+expect 1 "on the wall clock" "$downrange" preflight "$naro" --clock range
+
+# Orders: what is missing or wrong is said before anything is sent.
+expect 2 "--as" "$downrange" operator inhibit goheung --config "$naro" --reason x
+expect 2 "--reason" "$downrange" operator inhibit goheung --config "$naro" --as kim
+expect 2 "1 to 31 characters" "$downrange" operator inhibit goheung --config "$naro" --reason x --as ""
+expect 2 "--at" "$downrange" operator mission planned --config "$naro" --at tomorrow
+expect 2 "--at" "$downrange" operator mission planned --config "$naro" --at 2026-11-26T06:00:00
+expect 1 "wall clock" "$downrange" operator mission liftoff --config "$naro" --clock range
+expect 2 "subcommand" "$downrange" operator
+
 head -c 30000 "$work/good.mcap" > "$work/cut.mcap"
 expect 3 "cut off at byte" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true
 expect 3 "events over" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true

@@ -139,5 +139,68 @@ TEST(WatchBoard, ASourceTellsItsShareOfNisAndWhyItIsNotQualified) {
   EXPECT_TRUE(shows(board.lines(start, utc), "NOT qualified: not_tracking\n")) << board.lines(start, utc);
 }
 
+TEST(WatchBoard, WhoSaysSinceWhenASourceIsNotUsed) {
+  Board board(dds::ClockMode::Wall);
+  Integrity integrity;
+  integrity.target = "rocket";
+  integrity.time = utc;
+  integrity.liftoff = utc - seconds(300);
+  integrity.liftoff_valid = true;
+  board.take(integrity, start);
+  SourceHealth h = health("radar", utc, 1);
+  h.why = Disqualification::Inhibited;
+  h.since = utc - seconds(60);
+  h.by = "kim";
+  h.reason = "spent stage in the beam";
+  board.take(h, "node", start);
+  EXPECT_TRUE(
+      shows(board.lines(start, utc), "NOT qualified: inhibited since T+240.0 by kim (spent stage in the beam)\n"))
+      << board.lines(start, utc);
+  h = health("radar", utc, 1);
+  h.qualified = h.suspect = true;
+  h.since = utc - seconds(50);
+  h.by = "integrity";
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  SUSPECT since T+250.0 by integrity\n")) << board.lines(start, utc);
+  h.suspect = false;
+  h.forced = true;
+  h.by = "kim";
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  qualified, FORCED since T+250.0 by kim\n")) << board.lines(start, utc);
+}
+
+TEST(WatchBoard, AResidualStandsBesideWhatIsToBeExpected) {
+  Board board(dds::ClockMode::Wall);
+  SourceHealth h = health("radar", utc, 1);
+  h.residual_m = 40;
+  h.expected_m = 25;
+  h.residual_rad = 0.01 * 3.14159265358979 / 180;
+  h.expected_rad = 0.012 * 3.14159265358979 / 180;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  off 40.0 m of 25.0, 0.010 deg of 0.012  ")) << board.lines(start, utc);
+  h.expected_m = 0;
+  board.take(h, "node", start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  off 0.010 deg of 0.012  ")) << board.lines(start, utc);
+}
+
+TEST(WatchBoard, IntegrityIsToldInSentences) {
+  Board board(dds::ClockMode::Wall);
+  Integrity integrity;
+  integrity.target = "rocket";
+  integrity.time = utc;
+  integrity.chain = "without-GPS";
+  integrity.bound_valid = true;
+  integrity.bound_m = 120;
+  integrity.sources = {
+      {.sensor = "radar"},
+      {.sensor = "station", .verdict = IntegrityVerdict::Excluded, .against = 1, .apart_m = 5000, .by = "integrity"}};
+  board.take(integrity, start);
+  const std::string lines = board.lines(start, utc + seconds(1));
+  EXPECT_TRUE(shows(lines, "rocket follows chain without-GPS, bound 120 m\n")) << lines;
+  EXPECT_TRUE(shows(lines, "  station disagrees with radar by 5.0 km; excluded by integrity\n")) << lines;
+  EXPECT_FALSE(shows(lines, "radar agrees")) << lines;
+  EXPECT_TRUE(shows(board.lines(start, utc + seconds(7)), "bound 120 m  old 7 s\n"));
+}
+
 }  // namespace
 }  // namespace downrange::app

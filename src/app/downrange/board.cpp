@@ -6,8 +6,11 @@
 #include <cstdio>
 #include <ctime>
 #include <numbers>
+#include <optional>
 #include <string_view>
 #include <text/printable.hpp>
+
+#include "stage/integrity_text.hpp"
 
 namespace downrange::app {
 namespace {
@@ -57,11 +60,38 @@ std::string inside(const SourceHealth& h) {
   return text;
 }
 
-/// "qualified", or "NOT qualified: silent".
-std::string qualification(const SourceHealth& h) {
+/// "since T+241.3, by kim: pointing steps", as far as it is told.
+std::string since_and_by(const SourceHealth& h, std::optional<Time> liftoff) {
+  std::string text;
+  if (h.since.ns != 0) text += " since " + mission_time(h.since, liftoff);
+  if (!h.by.empty()) text += " by " + std::string(h.by.view());
+  if (!h.reason.empty()) text += " (" + std::string(h.reason.view()) + ")";
+  return text;
+}
+
+/// "qualified", "SUSPECT since T+241.3 by integrity", or "NOT qualified: silent since T+230.0".
+std::string qualification(const SourceHealth& h, std::optional<Time> liftoff) {
+  if (h.qualified && h.suspect) return "SUSPECT" + since_and_by(h, liftoff);
+  if (h.qualified && h.forced) return "qualified, FORCED" + since_and_by(h, liftoff);
   if (h.qualified) return "qualified";
   const std::string_view why = why_not_qualified(h);
-  return "NOT qualified" + (why.empty() ? "" : ": " + std::string(why));
+  return "NOT qualified" + (why.empty() ? "" : ": " + std::string(why)) + since_and_by(h, liftoff);
+}
+
+/// "  off 12.5 m of 11.5, 0.010 deg of 0.012": what was seen, and what was to be expected.
+std::string residual(const SourceHealth& h) {
+  std::string text;
+  char part[60];
+  if (h.expected_m > 0) {
+    std::snprintf(part, sizeof part, "  off %.1f m of %.1f", h.residual_m, h.expected_m);
+    text += part;
+  }
+  if (h.expected_rad > 0) {
+    std::snprintf(part, sizeof part, "%s%.3f deg of %.3f", text.empty() ? "  off " : ", ", h.residual_rad / deg,
+                  h.expected_rad / deg);
+    text += part;
+  }
+  return text;
 }
 
 /// "  old 4 s" where `epoch` is more than `limit_s` behind.
@@ -89,6 +119,9 @@ void Board::take(const Result& result, Clock::time_point now) {
     ++commands_;
     commands_by_antenna_[c->antenna] = *c;
     came(c->tick, now);
+  } else if (const auto* i = std::get_if<Integrity>(&result)) {
+    integrity_[i->target] = *i;
+    came(i->time, now);
   } else {
     newest_ = now;
   }
@@ -137,13 +170,28 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
                   limits_of(c.limits).c_str(), c.valid_until < time ? "  EXPIRED" : "");
     text += line;
   }
-  text += health_lines(time) + node_lines(now);
+  text += integrity_lines(time) + health_lines(time) + node_lines(now);
   return text.empty() ? "nothing received yet\n" : text::printable(text, true);
+}
+
+std::string Board::integrity_lines(Time time) const {
+  std::string text;
+  for (const auto& [target, record] : integrity_) {
+    text += selection(record) + old(record.time, time, track_old_after_s) + '\n';
+    for (std::size_t i = 0; i < record.sources.size(); ++i) {
+      if (record.sources[i].verdict != IntegrityVerdict::Agrees) text += "  " + sentence(record, i) + '\n';
+    }
+  }
+  return text;
 }
 
 std::string Board::health_lines(Time time) const {
   std::string text;
-  char line[300];
+  char line[600];
+  std::optional<Time> liftoff;
+  for (const auto& [target, record] : integrity_) {
+    if (record.liftoff_valid) liftoff = record.liftoff;
+  }
   const bool several = std::any_of(health_.begin(), health_.end(), [&](const auto& entry) {
     return entry.first.second != health_.begin()->first.second;
   });
@@ -153,11 +201,11 @@ std::string Board::health_lines(Time time) const {
     for (std::size_t i = 1; i < reason_count; ++i) rejected += h.count[i];
     std::snprintf(
         line, sizeof line,
-        "%-16s %5.0f /s  latency %.3f s  accepted %8llu  rejected %6llu  NIS/dof %5.2f  in 95 %% %s  %s%s%s%s%s\n",
+        "%-16s %5.0f /s  latency %.3f s  accepted %8llu  rejected %6llu  NIS/dof %5.2f  in 95 %% %s%s  %s%s%s%s%s\n",
         sensor.c_str(), h.rate_hz, h.latency_s, static_cast<unsigned long long>(h.count[0]),
-        static_cast<unsigned long long>(rejected), h.nis, inside(h).c_str(), qualification(h).c_str(),
-        h.mismatch ? "  MISMATCH" : "", several ? "  at " : "", several ? node.c_str() : "",
-        old(h.time, time, health_old_after_s).c_str());
+        static_cast<unsigned long long>(rejected), h.nis, inside(h).c_str(), residual(h).c_str(),
+        qualification(h, liftoff).c_str(), h.mismatch ? "  MISMATCH" : "", several ? "  at " : "",
+        several ? node.c_str() : "", old(h.time, time, health_old_after_s).c_str());
     text += line;
   }
   return text;

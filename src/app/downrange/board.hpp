@@ -31,7 +31,9 @@ class Board {
 
   /// One line per track, antenna, source and node. A node not heard for 3 s is SILENT, a command past `valid_until` is
   /// EXPIRED, a track over 2 s and a source's account over 3 s behind is old. Of a source: the share of its NIS inside
-  /// 95 %, whether it is qualified or why not, and MISMATCH while the mismatch alarm rings.
+  /// 95 %, its residual in units, whether it is qualified, or why not, since when and by whom, and MISMATCH while the
+  /// mismatch alarm rings. Of a target that INTEGRITY judges: what is followed, and a sentence for each source that
+  /// does not agree.
   [[nodiscard]] std::string lines(Clock::time_point now, Time utc) const;
   /// The newest status of the busiest node, for the archive.
   [[nodiscard]] std::map<std::string, std::string> status_metadata() const;
@@ -43,6 +45,7 @@ class Board {
   };
   using HealthKey = std::pair<Name, Name>;  ///< sensor, node
 
+  [[nodiscard]] std::string integrity_lines(Time time) const;
   [[nodiscard]] std::string health_lines(Time time) const;
   [[nodiscard]] std::string node_lines(Clock::time_point now) const;
   void came(Time range_time, Clock::time_point now);
@@ -51,6 +54,7 @@ class Board {
   mutable std::mutex mutex_;
   std::map<std::pair<Name, Name>, Trajectory> tracks_;
   std::map<Name, SlavingCommand> commands_by_antenna_;
+  std::map<Name, Integrity> integrity_;  ///< by target
   std::map<HealthKey, SourceHealth> health_;
   std::map<Name, Heard> nodes_;
   std::uint64_t commands_ = 0;

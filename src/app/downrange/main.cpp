@@ -25,6 +25,8 @@ int main(int argc, char** argv) {
   add_record(app, run);
   add_import(app, run);
   add_watch(app, run);
+  add_operator(app, run);
+  add_preflight(app, run);
   add_report(app, run);
   add_diff(app, run);
   add_experiment(app, run);

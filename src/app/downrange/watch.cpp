@@ -1,11 +1,11 @@
 #include <archive/writer.hpp>
-#include <ctime>
 #include <iostream>
 #include <mutex>
 #include <string>
 
 #include <unistd.h>
 
+#include "app/machine_clock.hpp"
 #include "board.hpp"
 #include "dds/outputs.hpp"
 #include "flight.hpp"
@@ -21,12 +21,6 @@ struct Options {
   std::optional<double> idle_s;
   OutputFiles files;
 };
-
-Time utc_now() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return {static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec};
-}
 
 /// Results into the board, and into the recording where there is one, from any thread.
 class Consumer {

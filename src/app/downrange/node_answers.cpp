@@ -1,0 +1,54 @@
+#include "node_answers.hpp"
+
+#include <algorithm>
+#include <text/printable.hpp>
+
+namespace downrange::app {
+
+void NodeAnswers::take(const dds::ServiceStatus& status) {
+  {
+    const std::scoped_lock lock(mutex_);
+    Answer& answer = nodes_[status.node];
+    for (const dds::Acknowledgement& a : status.acknowledgements) {
+      if (a.topic == topic_ && a.sender == sender_ && a.sequence == sequence_) answer = a;
+    }
+    if (status.state == "stopped") nodes_.erase(status.node);
+  }
+  heard_.notify_all();
+}
+
+bool NodeAnswers::all_answered_locked() const {
+  return !nodes_.empty() && std::ranges::all_of(nodes_, [](const auto& node) { return node.second.has_value(); });
+}
+
+bool NodeAnswers::wait_for_nodes(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return heard_.wait_for(lock, timeout, [this] { return !nodes_.empty(); });
+}
+
+bool NodeAnswers::wait_for_all(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return heard_.wait_for(lock, timeout, [this] { return all_answered_locked(); });
+}
+
+bool NodeAnswers::all_in_force() const {
+  const std::scoped_lock lock(mutex_);
+  return all_answered_locked() &&
+         std::ranges::all_of(nodes_, [](const auto& node) { return node.second->refusal.empty(); });
+}
+
+std::string NodeAnswers::text() const {
+  const std::scoped_lock lock(mutex_);
+  std::string text;
+  for (const auto& [node, answer] : nodes_) {
+    text += "node " + std::string(node.view()) + ": ";
+    if (!answer) {
+      text += "NO ANSWER\n";
+    } else {
+      text += answer->refusal.empty() ? "in force\n" : "REFUSED: " + std::string(answer->refusal.view()) + '\n';
+    }
+  }
+  return text::printable(text, true);
+}
+
+}  // namespace downrange::app

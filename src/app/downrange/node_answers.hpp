@@ -1,0 +1,49 @@
+#pragma once
+/// Which nodes of a range have acknowledged one order or mark, told from their statuses.
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "dds/service_status.hpp"
+
+namespace downrange::app {
+
+/// Filled by the middleware's thread.
+class NodeAnswers {
+ public:
+  /// Of the message of this input topic (its place in Inputs), sender and sequence.
+  NodeAnswers(std::size_t topic, const Name& sender, std::uint64_t sequence)
+      : topic_(topic), sender_(sender), sequence_(sequence) {}
+
+  void take(const dds::ServiceStatus& status);
+
+  /// Whether a node was heard, waiting at most `timeout`.
+  [[nodiscard]] bool wait_for_nodes(std::chrono::milliseconds timeout);
+  /// Whether every node heard has answered, waiting at most `timeout`.
+  [[nodiscard]] bool wait_for_all(std::chrono::milliseconds timeout);
+
+  /// Every node heard has it in force, and there is one.
+  [[nodiscard]] bool all_in_force() const;
+  /// A line for each node.
+  [[nodiscard]] std::string text() const;
+
+ private:
+  /// None: it has not answered.
+  using Answer = std::optional<dds::Acknowledgement>;
+
+  [[nodiscard]] bool all_answered_locked() const;
+
+  const std::size_t topic_;
+  const Name sender_;
+  const std::uint64_t sequence_;
+  mutable std::mutex mutex_;
+  std::condition_variable heard_;
+  std::map<Name, Answer> nodes_;
+};
+
+}  // namespace downrange::app

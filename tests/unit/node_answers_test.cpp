@@ -1,0 +1,61 @@
+// Whose acknowledgement counts for an order.
+
+#include <gtest/gtest.h>
+
+#include "app/downrange/node_answers.hpp"
+
+namespace downrange::app {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::size_t topic = 4;
+
+dds::ServiceStatus status(const Name& node, std::vector<dds::Acknowledgement> acknowledgements = {}) {
+  dds::ServiceStatus s;
+  s.node = node;
+  s.acknowledgements = std::move(acknowledgements);
+  return s;
+}
+
+TEST(NodeAnswersTest, EveryNodeHeardMustAnswer) {
+  NodeAnswers answers(topic, "kim", 7);
+  EXPECT_FALSE(answers.wait_for_nodes(milliseconds(1)));
+  EXPECT_FALSE(answers.all_in_force()) << "nobody heard it";
+  answers.take(status("centre"));
+  answers.take(status("site"));
+  EXPECT_TRUE(answers.wait_for_nodes(milliseconds(1)));
+  answers.take(status("centre", {{topic, "kim", 7, ""}}));
+  EXPECT_FALSE(answers.wait_for_all(milliseconds(1)));
+  EXPECT_EQ(answers.text(), "node centre: in force\nnode site: NO ANSWER\n");
+  answers.take(status("site", {{topic, "kim", 8, ""}, {topic, "kim", 7, ""}}));
+  EXPECT_TRUE(answers.wait_for_all(milliseconds(1)));
+  EXPECT_TRUE(answers.all_in_force());
+}
+
+TEST(NodeAnswersTest, AnotherOrdersAnswerIsNone) {
+  NodeAnswers answers(topic, "kim", 7);
+  answers.take(status("centre", {{topic, "kim", 6, ""}, {topic, "lee", 7, ""}, {topic + 1, "kim", 7, ""}}));
+  EXPECT_FALSE(answers.wait_for_all(milliseconds(1)));
+}
+
+TEST(NodeAnswersTest, ARefusalIsToldAndIsNotInForce) {
+  NodeAnswers answers(topic, "kim", 7);
+  answers.take(status("centre", {{topic, "kim", 7, "no source is named 'x'"}}));
+  EXPECT_TRUE(answers.wait_for_all(milliseconds(1)));
+  EXPECT_FALSE(answers.all_in_force());
+  EXPECT_EQ(answers.text(), "node centre: REFUSED: no source is named 'x'\n");
+}
+
+TEST(NodeAnswersTest, ANodeThatStoppedOwesNoAnswer) {
+  NodeAnswers answers(topic, "kim", 7);
+  answers.take(status("centre", {{topic, "kim", 7, ""}}));
+  answers.take(status("site"));
+  dds::ServiceStatus stopped = status("site");
+  stopped.state = "stopped";
+  answers.take(stopped);
+  EXPECT_TRUE(answers.all_in_force());
+}
+
+}  // namespace
+}  // namespace downrange::app
