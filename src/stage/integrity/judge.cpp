@@ -1,0 +1,319 @@
+#include "judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <downrange/est/model/plot_model.hpp>
+
+#include "own_past.hpp"
+
+namespace downrange {
+namespace {
+
+using integrity::only;
+using integrity::Pair;
+using integrity::Sample;
+using integrity::Witness;
+using integrity::WitnessKind;
+
+constexpr int in_a_row = 3;
+/// Above this many sensors on the ground each is held against the receivers and the next three sensors only.
+constexpr int all_pairs_up_to = 12;
+constexpr int neighbours = 3;
+constexpr double velocity_span_s = 5;
+/// A receiver's velocity may be this late for its position.
+constexpr double velocity_lag_s = 0.3;
+constexpr double calm = 0.2;
+
+bool paired(const std::vector<Witness>& all, int a, int b, int ground) {
+  if (!all[static_cast<std::size_t>(a)].tells_position() && !all[static_cast<std::size_t>(b)].tells_position())
+    return false;
+  return ground <= all_pairs_up_to || a >= ground || b >= ground || std::abs(a - b) <= neighbours;
+}
+
+}  // namespace
+
+void Judge::AloneTest::judge(Time at, double ratio, double apart) {
+  beyond = ratio >= 1 ? beyond + 1 : 0;
+  within = ratio >= 1 ? 0 : within + 1;
+  if (beyond >= in_a_row) guilty = true;
+  if (within >= in_a_row) guilty = false;
+  if (ratio < calm) calm_at = at;
+  value = ratio;
+  if (ratio >= 1) apart_m = apart;
+}
+
+Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target, const JudgeSettings& settings)
+    : settings_(settings), witnesses_(integrity::witnesses_of(config, max_receivers)) {
+  static_cast<void>(target);  // every target is judged alike
+  if (config.pad) pad_test_.emplace(config.pad->site);
+  for (const Source& source : sources) names_.push_back(source.name);
+  standing_.resize(witnesses_.size());
+  stations_.resize(names_.size());
+  judgements_.resize(names_.size());
+  copies_.assign(max_receivers, integrity::Copies(settings.copies));
+  const int count = static_cast<int>(witnesses_.size());
+  const int ground = count - max_receivers;
+  // The one that tells a position comes first, a receiver before a radar.
+  for (int b = 0; b < count; ++b) {
+    for (int a = 0; a < b; ++a) {
+      if (!paired(witnesses_, a, b, ground)) continue;
+      const bool swap = witnesses_[static_cast<std::size_t>(b)].is_receiver();
+      pairs_.emplace_back(swap ? b : a, swap ? a : b);
+    }
+  }
+  edges_.reserve(pairs_.size() + witnesses_.size() * max_receivers);
+  characters_.resize(witnesses_.size());
+  displacements_.reserve(witnesses_.size());
+}
+
+void Judge::note(SourceId source, const Observation& o) {
+  if (const auto* fix = std::get_if<Fix>(&o.measured)) {
+    if (o.verdict == Reason::Accepted || o.verdict == Reason::Duplicate) note_fix(source, o, *fix);
+    return;
+  }
+  const std::optional<Polar> polar = polar_of(o.measured);
+  if (o.verdict != Reason::Accepted || !polar) return;
+  integrity::RawMeasurement raw;
+  raw.epoch = o.epoch;
+  raw.z = {polar->range_m, polar->azimuth_rad, polar->elevation_rad};
+  witnesses_[static_cast<std::size_t>(source)].series.note(raw);
+}
+
+int Judge::receiver_place(const Name& receiver) {
+  const int first = static_cast<int>(witnesses_.size()) - max_receivers;
+  for (int place = 0; place < max_receivers; ++place) {
+    Witness& w = witnesses_[static_cast<std::size_t>(first + place)];
+    if (w.heard && w.receiver == receiver) return place;
+    if (w.heard) continue;
+    w.heard = true;
+    w.receiver = receiver;
+    return place;
+  }
+  return -1;
+}
+
+void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
+  const int place = receiver_place(o.receiver);
+  if (place < 0) return;
+  Witness& w = witnesses_[witnesses_.size() - max_receivers + static_cast<std::size_t>(place)];
+  w.sources |= set_of(source);
+  const integrity::Copies& copies = copies_[static_cast<std::size_t>(place)];
+  const auto& message = copies_[static_cast<std::size_t>(place)].note(source, o.epoch, fix);
+  std::optional<Position<Ecef>> expected;
+  if (const auto motion = track_without_receivers_.at(o.epoch)) expected = Position<Ecef>{motion->head<3>()};
+  const integrity::Copies::Odd odd = copies.odd(message, expected);
+  for (std::size_t i = 0; i < message.count; ++i) {
+    const int id = message.copy[i].station;
+    Station& station = stations_[static_cast<std::size_t>(id)];
+    const bool is_odd = contains(odd.stations, id);
+    const bool is_disputed = contains(odd.disputed, id);
+    if (!is_odd && !is_disputed) {
+      if (message.count > 1 && station.counted != o.epoch) {
+        station.odd = station.disputed = 0;
+        station.counted = o.epoch;
+      }
+      continue;
+    }
+    if (station.odd == 0 && station.disputed == 0) station.odd_since = o.epoch;
+    station.right_since = o.epoch;
+    station.apart_m = odd.apart_m;
+    station.against = (odd.agreeing | odd.disputed) & ~set_of(id);
+    if (station.counted != o.epoch || (is_odd && station.odd == 0)) {
+      station.odd = is_odd ? station.odd + 1 : 0;
+      station.disputed = is_disputed ? station.disputed + 1 : 0;
+    }
+    station.counted = o.epoch;
+  }
+  if (w.series.knows(o.epoch) || stations_[static_cast<std::size_t>(source)].odd > 0) return;
+  integrity::RawMeasurement raw;
+  raw.epoch = o.epoch;
+  raw.z = fix.position.m;
+  raw.velocity_m_s = fix.velocity.m_s;
+  raw.velocity_valid = fix.velocity_valid;
+  raw.sigma_horizontal_m = fix.sigma_horizontal_m;
+  raw.sigma_vertical_m = fix.sigma_vertical_m;
+  raw.sigma_velocity_m_s = fix.sigma_velocity_m_s;
+  w.series.note(raw);
+}
+
+std::span<const Judgement> Judge::judge(Time epoch, std::span<const ChainState> chains,
+                                        std::span<const BiasEstimate> biases, bool in_flight, SourceSet forced,
+                                        SourceSet inhibited) {
+  integrity::WitnessSet innocent = 0;
+  for (std::size_t w = 0; w < witnesses_.size(); ++w) {
+    const Witness& witness = witnesses_[w];
+    standing_[w].active = witness.series.heard() && (witness.sources & ~inhibited) != 0;
+    if ((witness.sources & forced) != 0) innocent |= only(static_cast<int>(w));
+  }
+  follow_reference(epoch, chains);
+  for (std::size_t w = 0; w < std::min(biases.size(), witnesses_.size() - max_receivers); ++w)
+    witnesses_[w].note_bias(epoch, biases[w]);
+  form_samples(epoch, in_flight);
+  if (epoch.ns % integrity::grid_step.ns == 0) judge_biases(epoch, biases);
+  decide(epoch, innocent);
+  judge_stations(epoch, forced);
+  publish();
+  return judgements_;
+}
+
+void Judge::follow_reference(Time epoch, std::span<const ChainState> chains) {
+  SourceSet doubted = 0;
+  SourceSet receivers = 0;
+  for (std::size_t w = 0; w < witnesses_.size(); ++w) {
+    if (excluded(static_cast<int>(w))) doubted |= witnesses_[w].sources;
+    if (witnesses_[w].is_receiver()) receivers |= witnesses_[w].sources;
+  }
+  const ChainState* best = nullptr;
+  const ChainState* without_receivers = nullptr;
+  const auto better = [](const ChainState& chain, const ChainState* than) {
+    return than == nullptr || count(chain.sources) > count(than->sources);
+  };
+  const auto clean = [&](const ChainState& chain) { return (chain.sources & doubted) == 0; };
+  for (const ChainState& chain : chains) {
+    if (!chain.estimate || !chain.estimate->mean.allFinite()) continue;
+    if (best == nullptr || (clean(chain) && !clean(*best)) || (clean(chain) == clean(*best) && better(chain, best)))
+      best = &chain;
+    if ((chain.sources & receivers) == 0 && better(chain, without_receivers)) without_receivers = &chain;
+  }
+  const auto motion_of = [](const TrackEstimate& e) {
+    Vec<9> motion = e.mean;
+    if (e.size < 9) motion.tail<3>().setZero();
+    return motion;
+  };
+  if (best != nullptr) track_.note(epoch, motion_of(*best->estimate));
+  if (without_receivers != nullptr) track_without_receivers_.note(epoch, motion_of(*without_receivers->estimate));
+}
+
+void Judge::form_samples(Time epoch, bool in_flight) {
+  const integrity::BiasVector none = integrity::BiasVector::Zero();
+  for (std::size_t w = 0; w < witnesses_.size(); ++w) {
+    Witness& witness = witnesses_[w];
+    const auto predict = [&](const Vec<9>& motion) -> Vec<3> {
+      if (witness.is_receiver()) return motion.head<3>();
+      return predict_plot(witness.model, motion, none).q;
+    };
+    const auto residual = [&](const Vec<3>& z, const Vec<3>& predicted) -> Vec<3> {
+      if (witness.is_receiver()) return z - predicted;
+      Vec<3> r = plot_residual({z[0], z[1], z[2]}, predicted);
+      if (witness.kind == WitnessKind::Angles) r[0] = 0;
+      return r;
+    };
+    while (const std::optional<Sample> sample = witness.series.form(epoch, track_, predict, residual))
+      judge_sample(static_cast<int>(w), *sample, in_flight);
+  }
+}
+
+void Judge::judge_sample(int index, Sample sample, bool in_flight) {
+  Witness& witness = witnesses_[static_cast<std::size_t>(index)];
+  Standing& standing = standing_[static_cast<std::size_t>(index)];
+  const auto& samples = witness.series.samples();
+  if (!samples.empty()) {
+    const integrity::OwnPast jump = own_jump(witness, samples.newest(), sample, threshold_);
+    sample.own_break = jump.ratio;
+    sample.own_break_m = jump.apart_m;
+  }
+  witness.series.keep(sample);
+  if (sample.own_break >= 1 && standing.held_for != Finding::None) {
+    standing.held_for = Finding::None;
+    standing.pad = {};
+    standing.bias = {};
+  }
+  if (witness.is_receiver()) {
+    // One jump is a step; jumps without end, or a drift without one, are a velocity that is not that of the positions.
+    integrity::OwnPast own{sample.own_break, sample.own_break_m};
+    if (own.ratio < 1) {
+      const double recent = own_break_about(index, sample.epoch - seconds(velocity_span_s));
+      own = recent >= 1 ? integrity::OwnPast{} : own_velocity(witness, velocity_span_s, velocity_lag_s, threshold_);
+    }
+    standing.velocity.judge(sample.epoch, own.ratio, own.apart_m);
+  }
+  if (pad_test_ && !in_flight) {
+    const integrity::TestResult off = (*pad_test_)(witness, threshold_);
+    standing.pad.judge(sample.epoch, off.ratio, off.apart_m);
+  } else if (standing.pad.guilty) {
+    standing.held_for = Finding::OffPad;
+    standing.held_onset = standing.pad.calm_at;
+  }
+  compare(index, sample.epoch);
+}
+
+void Judge::compare(int index, Time at) {
+  const auto accused = [&](int w) {
+    return standing_[static_cast<std::size_t>(w)].judgement.verdict != IntegrityVerdict::Agrees;
+  };
+  for (Pair& pair : pairs_) {
+    if (!pair.has(index) || (pair.compared() && *pair.compared() >= at)) continue;
+    const Witness& first = witnesses_[static_cast<std::size_t>(pair.first())];
+    const Witness& second = witnesses_[static_cast<std::size_t>(pair.second())];
+    const Sample* a = first.series.at(at);
+    const Sample* b = second.series.at(at);
+    if (a == nullptr || b == nullptr) continue;
+    pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()), threshold_);
+  }
+}
+
+void Judge::judge_biases(Time epoch, std::span<const BiasEstimate> biases) {
+  displacements_.clear();
+  bool implausible = false;
+  const std::size_t ground = witnesses_.size() - max_receivers;
+  for (std::size_t w = 0; w < std::min(biases.size(), ground); ++w) {
+    Standing& s = standing_[w];
+    s.bias_disputed = false;
+    const BiasEstimate& bias = biases[w];
+    if (!s.active || excluded(static_cast<int>(w)) || bias.reference != BiasReference::Gps) continue;
+    const Witness& witness = witnesses_[w];
+    const integrity::BiasPlausibility p = bias_test_.plausibility(witness.model.bias, bias);
+    if (!witness.series.samples().empty() && witness.kind == WitnessKind::Radar) {
+      integrity::BiasVector excess = integrity::BiasVector::Zero();
+      for (int i = 0; i < bias.terms; ++i) {
+        const auto term = static_cast<Eigen::Index>(bias.term[static_cast<std::size_t>(i)]);
+        excess[term] = bias.value[i] - witness.model.bias.prior_mean[term];
+      }
+      const Vec<3> away = integrity::displacement(witness, witness.series.samples().newest(), excess);
+      s.bias.judge(epoch, p.ratio, away.norm());
+      displacements_.push_back(away);
+    } else {
+      s.bias.judge(epoch, p.ratio, 0);
+    }
+    implausible = implausible || s.bias.guilty;
+  }
+  if (!implausible) return;
+  const bool common = integrity::common_to_all(displacements_);
+  for (std::size_t w = 0; w < witnesses_.size(); ++w) {
+    Standing& s = standing_[w];
+    if (!s.active || excluded(static_cast<int>(w)) || s.held_for != Finding::None) continue;
+    if (common && witnesses_[w].is_receiver()) {
+      s.held_for = Finding::CommonBias;
+      s.bias = standing_[0].bias;
+      for (std::size_t r = 0; r < ground; ++r) {
+        if (standing_[r].bias.guilty) s.bias = standing_[r].bias;
+      }
+      s.held_onset = s.bias.calm_at;
+    } else if (!common && w < ground && s.bias.guilty) {
+      if (displacements_.size() > 1) {
+        s.held_for = Finding::ImplausibleBias;
+        s.held_onset = s.bias.calm_at;
+      } else {
+        s.bias_disputed = true;
+      }
+    }
+  }
+}
+
+const Judgement* Judge::of_receiver(const Name& receiver) const {
+  for (std::size_t w = witnesses_.size() - max_receivers; w < witnesses_.size(); ++w) {
+    if (witnesses_[w].heard && witnesses_[w].receiver == receiver) return &standing_[w].judgement;
+  }
+  return nullptr;
+}
+
+Judge::PairView Judge::pair(std::size_t i) const {
+  const Pair& p = pairs_[i];
+  return {.first = witnesses_[static_cast<std::size_t>(p.first())].sources,
+          .second = witnesses_[static_cast<std::size_t>(p.second())].sources,
+          .value = p.value(),
+          .apart_m = p.apart_m(),
+          .fails = p.fails()};
+}
+
+}  // namespace downrange

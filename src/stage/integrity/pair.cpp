@@ -1,0 +1,89 @@
+#include "pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace downrange::integrity {
+namespace {
+
+constexpr Duration short_lag = milliseconds(5000);
+constexpr Duration long_lag = milliseconds(30'000);
+constexpr Duration least_long_lag = milliseconds(10'000);
+constexpr Duration span = milliseconds(6000);  // that a reference is gathered from
+constexpr int in_a_row = 3;
+/// Two in a row are enough where both are this far beyond the threshold and alike.
+constexpr int gross_in_a_row = 2;
+constexpr double gross = 4;
+constexpr double gross_alike = 0.3;
+/// A lie keeps its direction; outliers do not.
+constexpr double same_direction = 0.5;
+/// Below this share of the threshold, 2.5 sigma, nothing speaks of a disagreement.
+constexpr double calm = 0.2;
+constexpr Duration longest_onset = milliseconds(10'000);
+
+}  // namespace
+
+void Pair::learn(const Witness& first, const Witness& second, Time at) {
+  const auto from = [&](Time t) { return std::max(not_before_, t); };
+  const ReferenceSpan close{.from = from(at - short_lag - span), .to = at - short_lag, .newest = true};
+  if (auto found = reference_of(first, second, close)) recent_ = *found;
+  const ReferenceSpan far{.from = from(at - long_lag - span), .to = at - least_long_lag, .newest = false};
+  if (auto found = reference_of(first, second, far)) earlier_ = *found;
+}
+
+void Pair::compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
+                   const Threshold& threshold) {
+  if (!hold && !fails_ && exceeding_ == 0) learn(first, second, a.epoch);
+  const TestResult coarse = coarse_test(first, a, second, b, threshold);
+  TestResult worst = coarse;
+  for (const std::optional<Reference>* reference : {&recent_, &earlier_}) {
+    if (!*reference) continue;
+    const TestResult fine = fine_test(first, a, second, b, **reference, threshold);
+    if (fine.ratio > worst.ratio) worst = fine;
+  }
+  if (!std::isfinite(worst.ratio)) return;
+  judge(a.epoch, worst);
+  coarsely_ = coarse.ratio >= 1;
+}
+
+void Pair::judge(Time at, const TestResult& result) {
+  const double along = result.whitened.dot(whitened_);
+  const bool same_way = along >= same_direction * result.whitened.norm() * whitened_.norm();
+  const bool alike = (result.whitened - whitened_).norm() <= gross_alike * result.whitened.norm();
+  if (result.ratio >= 1) {
+    exceeding_ = exceeding_ > 0 && same_way ? exceeding_ + 1 : 1;
+    passing_ = 0;
+    if (exceeding_ == 1 && !fails_) {
+      // Where it grows steadily it began before it was noticeable.
+      const double growth = std::sqrt(calm) / (1 - std::sqrt(calm));
+      const Duration noticeable = std::min(at - calm_, longest_onset);
+      onset_ = calm_ - seconds(growth * noticeable.seconds());
+      if (at - calm_ > longest_onset) onset_ = at - longest_onset;
+    }
+    const bool far_beyond = exceeding_ >= gross_in_a_row && result.ratio >= gross && value_ >= gross && alike;
+    if (exceeding_ >= in_a_row || far_beyond) fails_ = true;
+  } else {
+    exceeding_ = 0;
+    if (++passing_ == 1) agrees_since_ = at;
+    if (fails_ && passing_ >= in_a_row) {
+      fails_ = false;
+      not_before_ = agrees_since_;
+    }
+  }
+  if (result.ratio < calm || !compared_) calm_ = at;
+  whitened_ = result.whitened;
+  apart_m_ = result.apart_m;
+  value_before_ = value_;
+  value_ = result.ratio;
+  compared_before_ = compared_;
+  compared_ = at;
+}
+
+double Pair::doubt_since(Time onset) const {
+  if (!compared_before_ || *compared_before_ <= onset) return 0;
+  return std::min(value_, value_before_);
+}
+
+Duration Pair::agreement() const { return compared_ && passing_ > 0 ? *compared_ - agrees_since_ : Duration{0}; }
+
+}  // namespace downrange::integrity

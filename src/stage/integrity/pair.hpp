@@ -1,0 +1,66 @@
+#pragma once
+/// Two witnesses, held against each other as long as the flight lasts.
+
+#include <optional>
+
+#include "fine_test.hpp"
+
+namespace downrange::integrity {
+
+class Pair {
+ public:
+  /// `first` tells a position.
+  Pair(int first, int second) : first_(first), second_(second) {}
+
+  /// Compares the samples of both at one instant, newer than any compared before. `hold`: one of them is under
+  /// accusation: what they agreed on before stays the measure.
+  void compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
+               const Threshold& threshold);
+
+  [[nodiscard]] int first() const { return first_; }
+  [[nodiscard]] int second() const { return second_; }
+  [[nodiscard]] bool has(int witness) const { return witness == first_ || witness == second_; }
+  [[nodiscard]] int other(int witness) const { return witness == first_ ? second_ : first_; }
+  /// Newest instant compared.
+  [[nodiscard]] const std::optional<Time>& compared() const { return compared_; }
+
+  /// Three in a row beyond the threshold, or two far beyond, of one direction; until three in a row are within.
+  [[nodiscard]] bool fails() const { return fails_; }
+  [[nodiscard]] bool doubtful() const { return fails_ || exceeding_ >= 2; }
+  /// In the coarse test, that is: whatever the biases are within their priors.
+  [[nodiscard]] bool coarsely() const { return coarsely_; }
+  /// Of the newest comparison, as a multiple of the threshold.
+  [[nodiscard]] double value() const { return value_; }
+  /// The smaller of the last two values after `onset`; 0 where there are not two.
+  [[nodiscard]] double doubt_since(Time onset) const;
+  [[nodiscard]] double apart_m() const { return apart_m_; }
+  /// When the present disagreement began, as far as can be told.
+  [[nodiscard]] Time onset() const { return onset_; }
+  /// How long they have agreed, without a break, at the newest instant compared.
+  [[nodiscard]] Duration agreement() const;
+
+ private:
+  void learn(const Witness& first, const Witness& second, Time at);
+  void judge(Time at, const TestResult& result);
+
+  int first_;
+  int second_;
+  std::optional<Reference> recent_;   ///< five seconds old, while they agree
+  std::optional<Reference> earlier_;  ///< thirty seconds old, at the beginning ten
+  std::optional<Time> compared_;
+  std::optional<Time> compared_before_;
+  int exceeding_ = 0;  ///< in a row
+  int passing_ = 0;    ///< likewise
+  bool fails_ = false;
+  bool coarsely_ = false;
+  double value_ = 0;
+  double value_before_ = 0;
+  double apart_m_ = 0;
+  Vec<3> whitened_ = Vec<3>::Zero();
+  Time calm_;  ///< newest instant of little doubt
+  Time onset_;
+  Time agrees_since_;
+  Time not_before_;  ///< what was sampled while they disagreed is no measure
+};
+
+}  // namespace downrange::integrity

@@ -1,0 +1,266 @@
+/// Judge: from the tests to the verdicts.
+
+#include <algorithm>
+
+#include "judge.hpp"
+#include "own_past.hpp"
+
+namespace downrange {
+namespace {
+
+using integrity::Accusation;
+using integrity::only;
+using integrity::Pair;
+using integrity::WitnessSet;
+
+/// A tie of which a third witness may yet tell more is not called one before.
+constexpr Duration tie_wait = milliseconds(4000);
+constexpr Duration recent = milliseconds(3000);
+/// A break with the own past belongs to a disagreement that began so near to it.
+constexpr Duration break_before = milliseconds(1000);
+constexpr Duration break_after = milliseconds(5000);
+constexpr int odd_copies = 2;  // in a row: the station is named
+
+bool has(WitnessSet set, int witness) { return (set & only(witness)) != 0; }
+
+int severity(IntegrityVerdict verdict) {
+  switch (verdict) {
+    case IntegrityVerdict::Agrees:
+      return 0;
+    case IntegrityVerdict::Ambiguous:
+      return 1;
+    case IntegrityVerdict::Suspect:
+      return 2;
+    case IntegrityVerdict::Excluded:
+      return 3;
+  }
+  return 0;
+}
+
+}  // namespace
+
+bool Judge::excluded(int witness) const {
+  return standing_[static_cast<std::size_t>(witness)].judgement.verdict == IntegrityVerdict::Excluded;
+}
+
+Finding Judge::guilty_alone(int witness) const {
+  const Standing& s = standing_[static_cast<std::size_t>(witness)];
+  if (!s.active) return Finding::None;
+  if (s.held_for != Finding::None) return s.held_for;
+  if (s.velocity.guilty) return Finding::CoarseVelocity;
+  if (s.pad.guilty) return Finding::OffPad;
+  return Finding::None;
+}
+
+double Judge::own_break_about(int witness, Time onset) const {
+  const auto& samples = witnesses_[static_cast<std::size_t>(witness)].series.samples();
+  double most = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const integrity::Sample& sample = samples.newest(i);
+    if (sample.epoch < onset - break_before) break;
+    if (sample.epoch <= onset + break_after) most = std::max(most, sample.own_break);
+  }
+  return most;
+}
+
+int Judge::distrust(int witness) const {
+  const integrity::Witness& w = witnesses_[static_cast<std::size_t>(witness)];
+  for (std::size_t place = 0; place < settings_.trust.size(); ++place) {
+    const Name& name = settings_.trust[place];
+    if (w.is_receiver() && name == w.receiver) return static_cast<int>(place);
+    for (std::size_t id = 0; id < names_.size(); ++id) {
+      if (contains(w.sources, static_cast<int>(id)) && names_[id] == name) return static_cast<int>(place);
+    }
+  }
+  return static_cast<int>(settings_.trust.size());
+}
+
+Accusation Judge::accuse(Evidence evidence, WitnessSet innocent) {
+  const auto active = [&](int w) { return standing_[static_cast<std::size_t>(w)].active; };
+  const auto fails = [&](const Pair& p) { return evidence == Evidence::Doubtful ? p.doubtful() : p.fails(); };
+  std::optional<Time> onset;
+  for (const Pair& p : pairs_) {
+    if (active(p.first()) && active(p.second()) && fails(p)) onset = onset ? std::min(*onset, p.onset()) : p.onset();
+  }
+  edges_.clear();
+  for (const Pair& p : pairs_) {
+    if (!active(p.first()) || !active(p.second())) continue;
+    edges_.push_back({.first = p.first(),
+                      .second = p.second(),
+                      .fails = fails(p),
+                      .doubt = fails(p) || !onset ? 0 : p.doubt_since(*onset)});
+  }
+  WitnessSet alone = 0;
+  WitnessSet named = 0;
+  for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
+    const Standing& s = standing_[static_cast<std::size_t>(w)];
+    if (guilty_alone(w) != Finding::None) alone |= only(w);
+    if (excluded(w)) named |= only(w);
+    integrity::Character& c = characters_[static_cast<std::size_t>(w)];
+    c = {};
+    if (!s.active) continue;
+    if (onset) c.own_break = own_break_about(w, *onset);
+    if (evidence == Evidence::FailingAndCharacter) {
+      c.impossible = integrity::impossible(witnesses_[static_cast<std::size_t>(w)]);
+      c.distrust = distrust(w);
+    }
+    if (!s.bias_disputed) continue;
+    for (int r = 0; r < static_cast<int>(witnesses_.size()); ++r) {
+      if (witnesses_[static_cast<std::size_t>(r)].is_receiver() && active(r))
+        edges_.push_back({.first = r, .second = w, .fails = true, .doubt = 0});
+    }
+  }
+  return integrity::identify(edges_, characters_, alone, innocent, named);
+}
+
+bool Judge::undecided_third(Time epoch, WitnessSet involved) const {
+  for (std::size_t w = 0; w < witnesses_.size(); ++w) {
+    const auto heard = witnesses_[w].series.heard();
+    if (standing_[w].active && !has(involved, static_cast<int>(w)) && !excluded(static_cast<int>(w)) && heard &&
+        epoch - *heard <= recent)
+      return true;
+  }
+  return false;
+}
+
+void Judge::decide(Time epoch, WitnessSet innocent) {
+  Accusation named = accuse(Evidence::Failing, innocent);
+  bool tie_stands = false;
+  if (named.tied != 0) {
+    if (!tied_since_) tied_since_ = epoch;
+    tie_stands = epoch - *tied_since_ >= tie_wait || !undecided_third(epoch, named.tied | named.guilty);
+    if (tie_stands) named = accuse(Evidence::FailingAndCharacter, innocent);
+  } else {
+    tied_since_.reset();
+  }
+  const Accusation suspected = accuse(Evidence::Doubtful, innocent);
+  for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
+    describe(w);
+    set_verdict(w, verdict_on(w, named, suspected, tie_stands), epoch);
+  }
+}
+
+IntegrityVerdict Judge::verdict_on(int w, const Accusation& named, const Accusation& suspected, bool tie_stands) const {
+  const Standing& s = standing_[static_cast<std::size_t>(w)];
+  if (!s.active) return IntegrityVerdict::Agrees;
+  if (has(named.guilty, w)) return IntegrityVerdict::Excluded;
+  if (excluded(w) && !explained(w, named.guilty) && !agrees_again(w)) return IntegrityVerdict::Excluded;
+  if (tie_stands && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
+  if (s.judgement.verdict == IntegrityVerdict::Ambiguous && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
+  return has(suspected.guilty, w) ? IntegrityVerdict::Suspect : IntegrityVerdict::Agrees;
+}
+
+bool Judge::explained(int witness, WitnessSet guilty) const {
+  return std::ranges::any_of(
+      pairs_, [&](const Pair& p) { return p.has(witness) && p.fails() && has(guilty, p.other(witness)); });
+}
+
+bool Judge::agrees_again(int witness) const {
+  std::optional<Time> newest;
+  for (const Pair& p : pairs_) {
+    if (!p.has(witness) || !p.compared() || excluded(p.other(witness))) continue;
+    if (!standing_[static_cast<std::size_t>(p.other(witness))].active) continue;
+    if (p.fails()) return false;
+    newest = newest ? std::max(*newest, *p.compared()) : *p.compared();
+  }
+  if (!newest) return false;
+  return std::ranges::all_of(pairs_, [&](const Pair& p) {
+    if (!p.has(witness) || !p.compared() || excluded(p.other(witness))) return true;
+    if (!standing_[static_cast<std::size_t>(p.other(witness))].active || *newest - *p.compared() > recent) return true;
+    return p.agreement() >= settings_.readmit_after;
+  });
+}
+
+void Judge::set_verdict(int witness, IntegrityVerdict verdict, Time epoch) {
+  Judgement& j = standing_[static_cast<std::size_t>(witness)].judgement;
+  if (verdict == IntegrityVerdict::Agrees) {
+    j.why = Finding::None;
+    j.against = 0;
+    j.apart_m = j.agree_m = 0;
+  }
+  if (verdict == j.verdict) return;
+  j.verdict = verdict;
+  j.since = epoch;
+}
+
+void Judge::describe(int witness) {
+  Standing& s = standing_[static_cast<std::size_t>(witness)];
+  Judgement& j = s.judgement;
+  const bool begins = j.verdict == IntegrityVerdict::Agrees;
+  j.receiver = witnesses_[static_cast<std::size_t>(witness)].receiver;
+  j.test_value = std::max({s.velocity.value, s.pad.value, s.bias.value});
+  std::optional<Time> onset;
+  SourceSet against = 0;
+  double apart_m = 0;
+  bool coarsely = false;
+  for (const Pair& p : pairs_) {
+    if (!p.has(witness) || !p.compared() || !standing_[static_cast<std::size_t>(p.other(witness))].active) continue;
+    j.test_value = std::max(j.test_value, p.value());
+    if (!p.doubtful() || excluded(p.other(witness))) continue;
+    against |= witnesses_[static_cast<std::size_t>(p.other(witness))].sources;
+    apart_m = std::max(apart_m, p.apart_m());
+    coarsely = coarsely || p.coarsely();
+    onset = onset ? std::min(*onset, p.onset()) : p.onset();
+  }
+  const Finding alone = guilty_alone(witness);
+  if (alone == Finding::None && against == 0) return;  // what was said of it before stands as long as its verdict does
+  j.against = against;
+  j.apart_m = apart_m;
+  j.why = coarsely ? Finding::CoarsePosition : Finding::FinePosition;
+  j.agree_m = 0;
+  for (const Pair& p : pairs_) {
+    const SourceSet both = witnesses_[static_cast<std::size_t>(p.first())].sources |
+                           witnesses_[static_cast<std::size_t>(p.second())].sources;
+    if (p.compared() && (both & ~against) == 0) j.agree_m = std::max(j.agree_m, p.apart_m());
+  }
+  if (alone != Finding::None) {
+    j.why = alone;
+    const bool velocity = alone == Finding::CoarseVelocity;
+    const bool pad = alone == Finding::OffPad;
+    const AloneTest& test = velocity ? s.velocity : pad ? s.pad : s.bias;
+    j.apart_m = test.apart_m;
+    onset = onset ? std::min(*onset, test.calm_at) : test.calm_at;
+  }
+  if (begins) j.onset = *onset;
+  j.onset = std::min(j.onset, *onset);
+}
+
+void Judge::judge_stations(Time epoch, SourceSet forced) {
+  for (std::size_t id = 0; id < stations_.size(); ++id) {
+    Station& station = stations_[id];
+    Judgement& j = station.judgement;
+    IntegrityVerdict verdict = IntegrityVerdict::Agrees;
+    if (station.odd > 0) verdict = station.odd >= odd_copies ? IntegrityVerdict::Excluded : IntegrityVerdict::Suspect;
+    if (station.disputed >= odd_copies) verdict = IntegrityVerdict::Ambiguous;
+    const bool waits = j.verdict == IntegrityVerdict::Excluded && epoch - station.right_since < settings_.readmit_after;
+    if (waits) verdict = IntegrityVerdict::Excluded;
+    if (contains(forced, static_cast<int>(id)) && verdict == IntegrityVerdict::Excluded)
+      verdict = IntegrityVerdict::Suspect;
+    if (verdict != j.verdict) j.since = epoch;
+    j.verdict = verdict;
+    if (verdict == IntegrityVerdict::Agrees) continue;
+    j.why = Finding::DifferingCopy;
+    j.onset = station.odd_since;
+    j.apart_m = station.apart_m;
+    j.against = station.against;
+  }
+}
+
+void Judge::publish() {
+  for (Judgement& j : judgements_) j = {};
+  const std::size_t ground = witnesses_.size() - max_receivers;
+  for (std::size_t w = 0; w < ground; ++w) judgements_[w] = standing_[w].judgement;
+  for (std::size_t id = ground; id < judgements_.size(); ++id) {
+    const Judgement* kindest = nullptr;
+    for (std::size_t w = ground; w < witnesses_.size(); ++w) {
+      if (!contains(witnesses_[w].sources, static_cast<int>(id))) continue;
+      const Judgement& j = standing_[w].judgement;
+      if (kindest == nullptr || severity(j.verdict) < severity(kindest->verdict)) kindest = &j;
+    }
+    if (kindest != nullptr) judgements_[id] = *kindest;
+    const Judgement& own = stations_[id].judgement;
+    if (severity(own.verdict) > severity(judgements_[id].verdict)) judgements_[id] = own;
+  }
+}
+
+}  // namespace downrange
