@@ -130,4 +130,21 @@ std::optional<TrackEstimate> QuickLook::fused(int target, std::optional<Time> at
   return best;
 }
 
+std::unique_ptr<MethodState> QuickLook::make_state() const {
+  return std::make_unique<HeldState<State>>(
+      State{.tracks = std::vector<RadarTracker::State>(tracks_.size()), .accounts = accounts_});
+}
+
+void QuickLook::save(Time before, MethodState& state) const {
+  State& held = dynamic_cast<HeldState<State>&>(state).value;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) tracks_[i].state_before(before, held.tracks[i]);
+  held.accounts = accounts_;
+}
+
+void QuickLook::restore(const MethodState& state) {
+  const State& held = dynamic_cast<const HeldState<State>&>(state).value;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) tracks_[i].restart(held.tracks[i]);
+  accounts_ = held.accounts;
+}
+
 }  // namespace downrange

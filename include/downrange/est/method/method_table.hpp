@@ -3,6 +3,7 @@
 /// it, nothing here needs to know it (tools/examples/own_method.cpp).
 
 #include <downrange/est/method/method.hpp>
+#include <downrange/est/method/method_state.hpp>
 #include <downrange/est/method/rewind.hpp>
 #include <memory>
 #include <optional>
@@ -13,7 +14,7 @@ namespace downrange {
 /// An estimator behind the contract of a method: its state is kept in order whatever the order of arrival. `Core` is
 /// what Rewinder asks for, and answers fused, gps_track, bias and account of a state as Method does.
 template <class Core>
-class RewoundMethod final : public Method {
+class RewoundMethod final : public Method, public RestorableMethod {
  public:
   explicit RewoundMethod(const Core& core) : rewinder_(core, core.initial(), core.settings().arbitration.history) {}
 
@@ -28,7 +29,15 @@ class RewoundMethod final : public Method {
   BiasEstimate bias(int radar) const override { return core().bias(state(), radar); }
   const SourceAccount& account(int source) const override { return core().account(state(), source); }
 
+  std::unique_ptr<MethodState> make_state() const override { return std::make_unique<Held>(rewinder_.roomy_state()); }
+  void save(Time before, MethodState& state) const override {
+    rewinder_.state_before(before, dynamic_cast<Held&>(state).value);
+  }
+  void restore(const MethodState& state) override { rewinder_.restart(dynamic_cast<const Held&>(state).value); }
+
  private:
+  using Held = HeldState<typename Core::State>;
+
   const Core& core() const { return rewinder_.core(); }
   const typename Core::State& state() const { return rewinder_.state(); }
 

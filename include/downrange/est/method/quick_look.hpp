@@ -7,6 +7,7 @@
 
 #include <downrange/est/filter/alpha_beta.hpp>
 #include <downrange/est/method/method.hpp>
+#include <downrange/est/method/method_state.hpp>
 #include <downrange/est/method/rewind.hpp>
 #include <downrange/est/method/target_life.hpp>
 
@@ -45,7 +46,7 @@ class RadarTracker {
 /// to the other's with every plot.
 ///
 /// Late data rewinds the one track that it belongs to. The accounts tell every plot's verdict as it was on arrival.
-class QuickLook final : public Method {
+class QuickLook final : public Method, public RestorableMethod {
  public:
   explicit QuickLook(MethodSettings settings);
   QuickLook(const QuickLook&) = delete;  // its tracks refer to its radars
@@ -60,7 +61,17 @@ class QuickLook final : public Method {
     return accounts_[static_cast<std::size_t>(source)];
   }
 
+  [[nodiscard]] std::unique_ptr<MethodState> make_state() const override;
+  void save(Time before, MethodState& state) const override;
+  void restore(const MethodState& state) override;
+
  private:
+  /// The accounts are those of the instant of saving: they tell verdicts as they were on arrival.
+  struct State {
+    std::vector<RadarTracker::State> tracks;
+    std::vector<SourceAccount> accounts;
+  };
+
   [[nodiscard]] std::size_t index(std::size_t radar, int target) const {
     return static_cast<std::size_t>(target) * settings_.radars.size() + radar;
   }

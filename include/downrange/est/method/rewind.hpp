@@ -55,6 +55,31 @@ class Rewinder {
     return outcome;
   }
 
+  /// A state with room for all that it may come to hold.
+  [[nodiscard]] State roomy_state() const {
+    State room = state_;
+    if constexpr (requires { core_.reserve(room); }) core_.reserve(room);
+    return room;
+  }
+  /// The state before the first measurement with epoch >= `before`, which is inside the history.
+  void state_before(Time before, State& state) const {
+    const auto place = std::lower_bound(entries_.begin(), entries_.end(), before,
+                                        [](const Measurement& m, Time t) { return m.epoch < t; });
+    const auto index = static_cast<std::size_t>(place - entries_.begin());
+    std::size_t checkpoint = checkpoint_count_ - 1;
+    while (checkpoint > 0 && checkpoints_[checkpoint].first > index) --checkpoint;
+    state = checkpoints_[checkpoint].state;
+    for (std::size_t i = checkpoints_[checkpoint].first; i < index; ++i) (void)core_.apply(state, entries_[i]);
+  }
+  /// Goes on from `state`, with nothing in the history.
+  void restart(const State& state) {
+    entries_.clear();
+    state_ = state;
+    checkpoints_.front().first = 0;
+    checkpoints_.front().state = state;
+    checkpoint_count_ = 1;
+  }
+
   [[nodiscard]] const State& state() const { return state_; }
   [[nodiscard]] const Core& core() const { return core_; }
 
