@@ -460,7 +460,21 @@ Section fuse_section() {
                "with the newest measurement older than this, a trajectory is coasting"),
           span("coast_ms", at(&F::coast), {1, 600'000}, optional,
                "with the newest measurement older than this, there is no trajectory on the tick"),
+          flag("publish_chains", at(&F::publish_chains), optional,
+               "the trajectories of INTEGRITY's chains as well, ten times a second: METHOD/without-NAME, "
+               "METHOD/only-NAME"),
       });
+}
+
+Section integrity_section() {
+  using I = IntegrityConfig;
+  return single<I>("integrity", "Which sources are believed.", [](ServiceConfig& c) -> I& { return c.range.integrity; },
+                   {
+                       flag("enabled", at(&I::enabled), optional,
+                            "judge the sources of a target against each other, where there are two or more"),
+                       integer("rerun_per_tick", at(&I::rerun_per_tick), {1, 100'000}, optional,
+                               "measurements with each tick by which a run without a liar catches up"),
+                   });
 }
 
 Section slave_section() {
@@ -474,6 +488,8 @@ Section slave_section() {
           number("coast_sigma_max_m", at(&S::coast_sigma_max_m), {1, 1e7}, optional,
                  "position 1-sigma above which coasting ends as well"),
           span("validity_ms", at(&S::validity), {1, 60'000}, optional, "how long a command holds after its instant"),
+          number("blend_rate_deg_s", at(&S::blend_rate_rad_s), {1e-3, 360}, optional,
+                 "how fast commands go over to another chain of sources, on the sky, beside the target's own motion"),
       });
 }
 
@@ -559,10 +575,10 @@ Section log_section() {
 
 const std::vector<Section>& schema() {
   static const std::vector<Section> sections{
-      range_section(),   target_section(), radar_section(), angle_sensor_section(), telemetry_section(),
-      antenna_section(), gps_section(),    pad_section(),   ingest_section(),       align_section(),
-      fuse_section(),    slave_section(),  clock_section(), node_section(),         dds_section(),
-      archive_section(), log_section()};
+      range_section(),   target_section(),    radar_section(), angle_sensor_section(), telemetry_section(),
+      antenna_section(), gps_section(),       pad_section(),   ingest_section(),       align_section(),
+      fuse_section(),    integrity_section(), slave_section(), clock_section(),        node_section(),
+      dds_section(),     archive_section(),   log_section()};
   return sections;
 }
 

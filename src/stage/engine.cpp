@@ -1,6 +1,7 @@
 #include <downrange/stage/engine.hpp>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "ingest.hpp"
 #include "methods.hpp"
@@ -15,13 +16,37 @@ namespace {
 /// nothing is lost, and a stamp that is years off does not hold the node up for hours.
 constexpr Duration longest_silence = seconds(700);
 
+/// Passes results on; the monitor notes what INTEGRITY says of the sources.
+class IntegrityTap final : public ResultSink {
+ public:
+  IntegrityTap(SourceMonitor& monitor, ResultSink& sink) : monitor_(monitor), sink_(sink) {}
+  void emit(const Result& result) override {
+    if (const auto* integrity = std::get_if<Integrity>(&result)) monitor_.note(*integrity);
+    sink_.emit(result);
+  }
+
+ private:
+  SourceMonitor& monitor_;
+  ResultSink& sink_;
+};
+
 }  // namespace
 
 class Engine::Impl {
  public:
   Impl(const RangeConfig& config, const StageSet& stages, ResultSink& sink)
-      : config_(config), stages_(stages), sink_(sink), ingest_(config), monitor_(config), slave_(config) {
-    if (stages.align || stages.fuse) methods_.emplace(config);
+      : config_(config),
+        stages_(stages),
+        sink_(sink),
+        ingest_(config),
+        monitor_(config),
+        integrity_tap_(monitor_, sink),
+        slave_(config),
+        sources_(config),
+        ordered_by_(sources_.size()),
+        held_(config.targets.size()),
+        held_by_(config.targets.size()) {
+    if (stages.align || stages.fuse) methods_.emplace(config, impartial_judges());
   }
 
   void operator()(const MissionEvent& event) { ingest_.note(event); }
@@ -87,16 +112,36 @@ class Engine::Impl {
   /// ALIGN and FUSE.
   void align_and_fuse(const Observation& o) {
     monitor_.count(o);
-    if (!methods_ || o.verdict != Reason::Accepted) return;
+    const bool another_copy = o.verdict == Reason::Duplicate && std::holds_alternative<Fix>(o.measured);
+    if (!methods_ || (o.verdict != Reason::Accepted && !another_copy)) return;
     methods_->process(o, ingest_.left_pad(o.target, o.epoch));
     if (stages_.align) methods_->emit_biases(o, sink_);
     if (stages_.fuse && config_.fuse.publish_on_data) methods_->emit_trajectories(o, sink_);
   }
 
-  /// SLAVE, and what else goes out on the tick.
+  /// What is in force at this tick.
+  OperatorWill will() {
+    OperatorWill will{
+        .ordered_by = ordered_by_, .held = held_, .held_by = held_by_, .liftoff = ingest_.mission().liftoff()};
+    for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()) && id < max_sources_in_set; ++id) {
+      const StandingOrder* order = ingest_.orders().of(id);
+      ordered_by_[static_cast<std::size_t>(id)] = order == nullptr ? Name{} : order->by;
+      if (ingest_.orders().forced(id)) will.forced |= set_of(id);
+      if (ingest_.orders().inhibited(id)) will.inhibited |= set_of(id);
+    }
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      const StandingOrder* hold = ingest_.orders().hold_of(static_cast<int>(i));
+      held_[i] = ingest_.orders().held_chain(static_cast<int>(i));
+      held_by_[i] = hold == nullptr ? Name{} : hold->by;
+    }
+    return will;
+  }
+
+  /// INTEGRITY, SLAVE, and what else goes out on the tick.
   void tick(Time t) {
+    if (methods_) methods_->judge(t, will(), integrity_tap_);
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
-    if (methods_ && stages_.slave) slave_.tick(t, methods_->primary(), methods_->newest(), sink_);
+    if (methods_ && stages_.slave) slave_.tick(t, methods_->followed(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
   }
 
@@ -114,8 +159,13 @@ class Engine::Impl {
   ResultSink& sink_;
   Ingest ingest_;
   SourceMonitor monitor_;
+  IntegrityTap integrity_tap_;
   std::optional<Methods> methods_;
   Slave slave_;
+  SourceTable sources_;
+  std::vector<Name> ordered_by_;  ///< by SourceId
+  std::vector<Name> held_;        ///< by target
+  std::vector<Name> held_by_;
   std::optional<Time> last_tick_;  ///< unset before the first time heard of
   Time next_tick_;
   Time last_event_;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <downrange/geo/polar.hpp>
+#include <string>
 
 #include "indices.hpp"
+#include "stage/integrity/chain_plan.hpp"
 
 namespace downrange {
 namespace {
@@ -69,14 +71,21 @@ std::vector<RadarModel> radar_models(const RangeConfig& config) {
   return radars;
 }
 
-Methods::Methods(const RangeConfig& config) : Methods(config, settings_of(config)) {}
-
-Methods::Methods(const RangeConfig& config, const MethodSettings& settings)
-    : config_(config), sources_(config), newest_(config.targets.size()), residuals_(sources_.size(), settings.radars) {
+Methods::Methods(const RangeConfig& config, const JudgeMaker& make_judge)
+    : config_(config),
+      sources_(config),
+      integrity_(config, settings_of(config), make_judge),
+      newest_(config.targets.size()),
+      residuals_(sources_.size(), radar_models(config)) {
+  const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
     runners_.push_back({.name = name,
-                        .method = make_method(name.view(), settings),
+                        .method = runners_.empty() ? nullptr : make_method(name.view(), settings),
                         .published = std::vector<Published>(config.targets.size())});
+  const std::string prefix = std::string(config.fuse.methods.front().view()) + "/";
+  if (config.targets.empty()) return;
+  for (const Chain& chain : integrity_.others(0))
+    chain_methods_.push_back(joined_name(prefix, chain.name().view(), chain_methods_.size()));
 }
 
 void Methods::process(const Observation& o, bool in_flight) {
@@ -89,17 +98,23 @@ void Methods::process(const Observation& o, bool in_flight) {
   m.measured = o.measured;
   m.in_flight = in_flight;
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
-  if (m.epoch >= newest) residuals_.note(source, m.target, o, primary());
+  if (o.verdict == Reason::Accepted && m.epoch >= newest) residuals_.note(source, m.target, o, primary());
   newest = std::max(newest, m.epoch);
-  for (Runner& runner : runners_) runner.accepted = runner.method->process(m, o.received).verdict == Verdict::Accepted;
+  const bool first = o.verdict == Reason::Accepted;
+  for (Runner& runner : runners_) {
+    runner.accepted = runner.method ? first && runner.method->process(m, o.received).verdict == Verdict::Accepted
+                                    : integrity_.process(o, m);
+  }
 }
 
 void Methods::emit_biases(const Observation& o, ResultSink& sink) const {
   if (std::holds_alternative<Fix>(o.measured)) return;  // a receiver has none
   const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
+  const int target = index_of(config_.targets, o.target);
   for (const Runner& runner : runners_) {
     if (!runner.accepted) continue;
-    const BiasEstimate estimate = runner.method->bias(source);
+    const BiasEstimate estimate =
+        runner.method ? runner.method->bias(source) : integrity_.selected(target).bias(source);
     const bool unused = !tells_position(o.measured) && estimate.samples == 0;  // by a method that passes over such
     if (estimate.terms == 0 || unused) continue;
     SensorBias bias;
@@ -122,14 +137,14 @@ void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
   const int target = index_of(config_.targets, o.target);
   for (Runner& runner : runners_) {
     if (!runner.accepted) continue;
-    const auto estimate = runner.method->fused(target);
+    const auto estimate = this->estimate(runner, target, std::nullopt);
     if (!estimate) continue;
     // A fix that the track does not use leaves it as it was: the same estimate is not news.
     if (o.epoch > estimate->data_epoch) continue;
     Published& last = runner.published[static_cast<std::size_t>(target)];
     if (last.epoch == estimate->epoch && last.mean == estimate->mean) continue;
     last = {.epoch = estimate->epoch, .mean = estimate->mean};
-    emit_trajectory(runner, *estimate, o.target, o.received, sink);
+    emit_trajectory(author(runner, target), *estimate, o.target, o.received, sink);
   }
 }
 
@@ -137,21 +152,54 @@ void Methods::emit_trajectories_at(Time tick, ResultSink& sink) const {
   for (std::size_t target = 0; target < config_.targets.size(); ++target) {
     if (tick - newest_[target] > config_.fuse.coast) continue;
     for (const Runner& runner : runners_) {
-      const auto estimate = runner.method->fused(static_cast<int>(target), tick);
+      const auto estimate = this->estimate(runner, static_cast<int>(target), tick);
       if (!estimate || tick - estimate->data_epoch > config_.fuse.coast) continue;
-      emit_trajectory(runner, *estimate, config_.targets[target].id, tick, sink);
+      emit_trajectory(author(runner, static_cast<int>(target)), *estimate, config_.targets[target].id, tick, sink);
     }
   }
 }
 
-void Methods::emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
+void Methods::judge(Time tick, const OperatorWill& will, ResultSink& sink) {
+  integrity_.tick(tick, will, sink);
+  if (config_.fuse.publish_chains && integrity_.judged()) emit_chains(tick, sink);
+}
+
+void Methods::emit_chains(Time tick, ResultSink& sink) const {
+  for (int target = 0; target < static_cast<int>(config_.targets.size()); ++target) {
+    const auto chains = integrity_.others(target);
+    const auto states = integrity_.states_of_others(target);
+    for (std::size_t i = 0; i < chains.size(); ++i) {
+      const auto& estimate = states[i].estimate;
+      if (!estimate) continue;
+      const Author author{.method = chain_methods_[i], .chain = chains[i].name()};
+      emit_trajectory(author, *estimate, config_.targets[static_cast<std::size_t>(target)].id, tick, sink);
+    }
+  }
+}
+
+std::optional<TrackEstimate> Methods::estimate(const Runner& runner, int target, std::optional<Time> at) const {
+  return runner.method ? runner.method->fused(target, at) : integrity_.selected(target).fused(target, at);
+}
+
+Methods::Author Methods::author(const Runner& runner, int target) const {
+  if (runner.method) return {.method = runner.name};
+  return {.method = runner.name,
+          .chain = integrity_.selected(target).name(),
+          .primary = true,
+          .bound_m = integrity_.bound(target)};
+}
+
+void Methods::emit_trajectory(const Author& author, const TrackEstimate& estimate, const Name& target, Time received,
                               ResultSink& sink) const {
   const auto state = estimate.mean.head(estimate.size);
   if (!state.allFinite()) return;
   Trajectory t;
   t.target = target;
-  t.method = runner.name;
-  t.primary = &runner == &runners_.front();
+  t.method = author.method;
+  t.primary = author.primary;
+  t.chain = author.chain;
+  t.bound_m = author.bound_m.value_or(0);
+  t.bound_valid = author.bound_m.has_value();
   t.epoch = estimate.epoch;
   t.received = received;
   t.quality = received - estimate.data_epoch <= config_.fuse.stale ? TrackQuality::Good : TrackQuality::Coasting;

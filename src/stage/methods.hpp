@@ -1,5 +1,6 @@
 #pragma once
-/// Stages 2 and 3, ALIGN and FUSE: the configured methods side by side, fed with accepted observations.
+/// Stages 2 and 3, ALIGN and FUSE: the configured methods side by side, fed with accepted observations. The first runs
+/// as the chains of INTEGRITY.
 
 #include <downrange/est/method/method.hpp>
 #include <downrange/stage/event.hpp>
@@ -9,7 +10,9 @@
 #include <memory>
 #include <vector>
 
-#include "residuals.hpp"
+#include "stage/followed.hpp"
+#include "stage/integrity/integrity_stage.hpp"
+#include "stage/residuals.hpp"
 
 namespace downrange {
 
@@ -18,9 +21,11 @@ namespace downrange {
 
 class Methods {
  public:
-  explicit Methods(const RangeConfig& config);
+  /// `make_judge`: empty, nobody is judged.
+  explicit Methods(const RangeConfig& config, const JudgeMaker& make_judge = {});
 
-  /// Brings one accepted observation into every method. `in_flight`: the vehicle is known to have left its pad.
+  /// Brings one accepted observation into every method; a double of a fix (Reason::Duplicate) to INTEGRITY alone.
+  /// `in_flight`: the vehicle is known to have left its pad.
   void process(const Observation& o, bool in_flight);
 
   /// ALIGN's results: the bias of the observation's radar or tracker, for each method that accepted the observation.
@@ -31,37 +36,49 @@ class Methods {
   /// FUSE's results on the tick: every target and method, predicted to `tick`.
   void emit_trajectories_at(Time tick, ResultSink& sink) const;
 
-  /// Epoch of the newest measurement of each target that the methods were given, used or not: no estimate has newer
-  /// data behind it. To be asked before an estimate is, which costs the more the older its data is.
-  [[nodiscard]] const std::vector<Time>& newest() const { return newest_; }
+  /// INTEGRITY, with every tick before anything is asked for it: verdicts, selection, bound; with fuse.publish_chains
+  /// the chains' trajectories.
+  void judge(Time tick, const OperatorWill& will, ResultSink& sink);
 
   /// How far the sources are from the primary method's track.
   [[nodiscard]] const Residuals& residuals() const { return residuals_; }
 
-  /// The first method: SLAVE points by its tracks, health reports its residuals.
-  [[nodiscard]] const Method& primary() const { return *runners_.front().method; }
+  /// By target: what SLAVE points by.
+  [[nodiscard]] std::span<const Followed> followed() const { return integrity_.followed(); }
+  /// The first method on all sources: health reports its residuals.
+  [[nodiscard]] const Method& primary() const { return integrity_.all().method(); }
 
  private:
-  Methods(const RangeConfig& config, const MethodSettings& settings);
-
   struct Published {
     Time epoch;
     Vec<9> mean = Vec<9>::Zero();
   };
   struct Runner {
     Name name;
-    std::unique_ptr<Method> method;
+    std::unique_ptr<Method> method;    ///< null: the first, which INTEGRITY has
     std::vector<Published> published;  ///< per target
     bool accepted = false;             ///< the last observation
   };
+  /// Whose trajectory it is.
+  struct Author {
+    Name method;
+    Name chain{};
+    bool primary = false;
+    std::optional<double> bound_m{};
+  };
 
-  void emit_trajectory(const Runner& runner, const TrackEstimate& estimate, const Name& target, Time received,
+  [[nodiscard]] Author author(const Runner& runner, int target) const;
+  [[nodiscard]] std::optional<TrackEstimate> estimate(const Runner& runner, int target, std::optional<Time> at) const;
+  void emit_trajectory(const Author& author, const TrackEstimate& estimate, const Name& target, Time received,
                        ResultSink& sink) const;
+  void emit_chains(Time tick, ResultSink& sink) const;
 
   RangeConfig config_;
   SourceTable sources_;
+  IntegrityStage integrity_;
   std::vector<Runner> runners_;
-  std::vector<Time> newest_;  ///< per target
+  std::vector<Name> chain_methods_;  ///< what fuse.publish_chains calls the chains, the same for every target
+  std::vector<Time> newest_;         ///< per target: measurement that the methods were given, used or not
   Residuals residuals_;
 };
 

@@ -1,6 +1,7 @@
 /// Slaving: cable travel, exact parallax, rates, sigma, the ladder of sources, no command rather than a wrong one.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
@@ -57,7 +58,9 @@ struct Told final : Method {
 };
 
 /// Measurements that come in all the time.
-const std::vector<Time> newest{test::liftoff + seconds(60.0)};
+const Time newest = test::liftoff + seconds(60.0);
+
+std::vector<Followed> only(const Method& method) { return {{.method = &method, .newest = newest}}; }
 
 TrackEstimate estimate_at(double t) {
   TrackEstimate e;
@@ -75,7 +78,7 @@ TEST(Slave, PointsAtTheTargetFromItsOwnSiteAtTheInstantOfApplication) {
   Slave slave(range);
   test::Collector out;
   const Time tick = test::liftoff + seconds(60.0);
-  slave.tick(tick, method, newest, out);
+  slave.tick(tick, only(method), out);
   const auto commands = out.of<SlavingCommand>();
   ASSERT_EQ(commands.size(), range.antennas.size());
   for (std::size_t i = 0; i < commands.size(); ++i) {
@@ -116,7 +119,7 @@ TEST(Slave, LadderOfSources) {
       method.gps->data_epoch = tick - *gps_age;
     }
     test::Collector out;
-    Slave(range).tick(tick, method, newest, out);
+    Slave(range).tick(tick, only(method), out);
     const auto commands = out.of<SlavingCommand>();
     if (commands.empty()) return std::nullopt;
     return commands[0].source;
@@ -135,7 +138,7 @@ TEST(Slave, AsksNothingOfATargetTooLongSilent) {
     Told method;
     method.fused_track = estimate_at(60);
     test::Collector out;
-    Slave(range).tick(newest[0] + silence, method, newest, out);
+    Slave(range).tick(newest + silence, only(method), out);
     return method.asked;
   };
   EXPECT_EQ(asked_at(range.slave.coast), 2);  // one for each antenna
@@ -150,7 +153,7 @@ TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
     method.fused_track = estimate_at(60);
     change(*method.fused_track);
     test::Collector out;
-    Slave(range).tick(tick, method, newest, out);
+    Slave(range).tick(tick, only(method), out);
     return out.of<SlavingCommand>().size();
   };
   EXPECT_EQ(commands_with([](TrackEstimate&) {}), 2u);
@@ -171,13 +174,106 @@ TEST(Slave, HoldsTheEndOfTravelAndSaysSo) {
   Told method;
   method.fused_track = estimate_at(20);
   test::Collector out;
-  Slave(range).tick(test::liftoff + seconds(20.0), method, newest, out);
+  Slave(range).tick(test::liftoff + seconds(20.0), only(method), out);
   const SlavingCommand c = out.of<SlavingCommand>().at(0);
   EXPECT_EQ(c.elevation_rad, 10 * deg);
   EXPECT_EQ(c.limits & LimitElevation, LimitElevation);
   EXPECT_EQ(c.elevation_rate_rad_s, 0);  // the target's own rate would drive the antenna into its stop
   EXPECT_EQ(c.limits & LimitRate, LimitRate);
   EXPECT_EQ(out.of<SlavingCommand>().at(1).limits, LimitNone);
+}
+
+double apart_rad(const SlavingCommand& a, const SlavingCommand& b) {
+  const auto direction = [](const SlavingCommand& c) { return enu_from_polar({1, c.azimuth_rad, c.elevation_rad}).m; };
+  return std::acos(std::min(1.0, direction(a).dot(direction(b))));
+}
+
+/// Commands of the first antenna at ticks 25 ms apart from 60 s on, with what is followed at each.
+template <class Follow>
+std::vector<SlavingCommand> commands(const RangeConfig& range, int ticks, const Follow& follow) {
+  Slave slave(range);
+  test::Collector out;
+  for (int i = 0; i < ticks; ++i) {
+    const Followed followed = follow(i);
+    slave.tick(test::liftoff + seconds(60 + 0.025 * i), std::span(&followed, 1), out);
+  }
+  std::vector<SlavingCommand> of_first;
+  for (const SlavingCommand& c : out.of<SlavingCommand>()) {
+    if (c.antenna == range.antennas[0].id) of_first.push_back(c);
+  }
+  return of_first;
+}
+
+TEST(Slave, GoesOverToAnotherChainNoFasterThanTheBlendAllows) {
+  const RangeConfig range = test::small_range();
+  Told from;
+  from.fused_track = estimate_at(60);
+  from.fused_track->mean.head<3>() += Vec<3>(2000, -1000, 3000);  // some degrees off
+  Told to;
+  to.fused_track = estimate_at(60);
+  const auto told = [&](int i, bool other) {
+    return Followed{.method = i < 2 || other ? &from : &to,
+                    .newest = newest + seconds(0.025 * i),
+                    .chain = i < 2 ? Name{} : Name("without-jeju"),
+                    .revision = i < 2 ? 0U : 1U};
+  };
+  const auto blended = commands(range, 80, [&](int i) { return told(i, false); });
+  const auto exact =
+      commands(range, 80, [&](int i) { return Followed{.method = &to, .newest = told(i, false).newest}; });
+  ASSERT_EQ(blended.size(), 80u);
+  const double step = range.slave.blend_rate_rad_s * 0.025;
+  EXPECT_GT(apart_rad(blended[1], exact[1]), 2 * deg);
+  for (std::size_t i = 1; i < blended.size(); ++i) {
+    // Against the target: how much nearer the command has come.
+    const double before = apart_rad(blended[i - 1], exact[i - 1]);
+    const double now = apart_rad(blended[i], exact[i]);
+    EXPECT_LE(std::abs(now - before), 1.02 * step) << i;
+    if (i >= 2 && before > 2 * step) {
+      EXPECT_LT(now, before) << i;
+    }
+    EXPECT_EQ(blended[i].chain, i < 2 ? Name{} : Name("without-jeju"));
+    // The rates say how the command moves.
+    const double moved = (blended[i].azimuth_rad - blended[i - 1].azimuth_rad) / 0.025;
+    if (i > 2) {
+      EXPECT_NEAR(blended[i].azimuth_rate_rad_s, moved, 2e-3) << i;
+    }
+  }
+  EXPECT_EQ(blended.back().azimuth_rad, exact.back().azimuth_rad);  // and arrives
+  EXPECT_EQ(blended.back().elevation_rad, exact.back().elevation_rad);
+}
+
+TEST(Slave, WithoutAChangeThereIsNoBlend) {
+  const RangeConfig range = test::small_range();
+  Told method;
+  method.fused_track = estimate_at(60);
+  const auto moved = commands(range, 20, [&](int i) {
+    if (i == 10) method.fused_track->mean.head<3>() += Vec<3>(500, 500, 500);  // a measurement that says so
+    return Followed{.method = &method, .newest = newest};
+  });
+  Told only_later;
+  only_later.fused_track = method.fused_track;
+  const auto exact = commands(range, 20, [&](int) { return Followed{.method = &only_later, .newest = newest}; });
+  EXPECT_EQ(moved[10].azimuth_rad, exact[10].azimuth_rad);
+}
+
+TEST(Slave, TheBoundIsTheAngleToWhereTheTargetMayBeInstead) {
+  const RangeConfig range = test::small_range();
+  Told method;
+  method.fused_track = estimate_at(60);
+  const Site& site = range.antennas[0].site;
+  const Eigen::Vector3d look = method.fused_track->mean.head<3>() - site.ecef().m;
+  // Across the line of sight by a hundredth of the range, known to 100 m.
+  const Eigen::Vector3d across = look.cross(Eigen::Vector3d::UnitZ()).normalized() * look.norm() / 100;
+  const std::vector<Alternative> alternatives{
+      {.from_selected_m = across, .cov = 1e4 * Eigen::Matrix3d::Identity()},
+      {.from_selected_m = look * 0.5, .cov = 1e4 * Eigen::Matrix3d::Identity()}};  // along it: seen in one direction
+  const auto told = commands(range, 1, [&](int) {
+    return Followed{.method = &method, .newest = newest, .alternatives = alternatives, .bounded = true};
+  });
+  ASSERT_TRUE(told[0].bound_valid);
+  EXPECT_NEAR(told[0].bound_rad, 0.01 + 4.1 * 100 / look.norm(), 5e-5);
+  const auto unbounded = commands(range, 1, [&](int) { return Followed{.method = &method, .newest = newest}; });
+  EXPECT_FALSE(unbounded[0].bound_valid);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// The four stages in order, driven by events and ticks. Deterministic: same configuration and events, same results.
+/// The five stages in order, driven by events and ticks. Deterministic: same configuration and events, same results.
 
 #include <cstdint>
 #include <memory>

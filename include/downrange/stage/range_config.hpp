@@ -157,6 +157,7 @@ struct FuseConfig {
   bool publish_on_data = true;          ///< trajectory with each measurement; false: on the tick
   Duration stale = milliseconds(500);   ///< newest measurement older than this: the trajectory is coasting
   Duration coast = milliseconds(5000);  ///< older than this: no trajectory on the tick
+  bool publish_chains = false;          ///< those of INTEGRITY's chains as well, ten times a second
 };
 
 struct SlaveConfig {
@@ -164,6 +165,14 @@ struct SlaveConfig {
   Duration coast = milliseconds(5000);    ///< coasting longer than this: next source of the ladder, or no command
   double coast_sigma_max_m = 5000;        ///< position 1-sigma above which coasting ends as well
   Duration validity = milliseconds(200);  ///< valid_until - apply_at
+  /// After a change of what is followed, commands move no faster against the target than this, on the sky.
+  double blend_rate_rad_s = 5 * std::numbers::pi / 180;
+};
+
+/// Are the sources of a target judged against each other?
+struct IntegrityConfig {
+  bool enabled = true;       ///< where there are two sources or more
+  int rerun_per_tick = 100;  ///< measurements by which a run without a liar catches up, with each tick
 };
 
 struct TargetConfig {
@@ -191,6 +200,7 @@ struct RangeConfig {
   IngestConfig ingest;
   AlignConfig align;
   FuseConfig fuse;
+  IntegrityConfig integrity;
   SlaveConfig slave;
 };
 

@@ -82,7 +82,7 @@ int send(const config::ServiceConfig& config, Message message, Time now) {
   dds::Participant participant(participant_options(config, "downrange-operator"));
   NodeAnswers answers(topic, MessageInfo<Message>::source(message), message.sequence);
   dds::OutputSelection statuses;
-  statuses.bias = statuses.trajectory = statuses.integrity = statuses.slaving = statuses.health = false;
+  statuses.results = statuses.health = false;
   const dds::OutputReaders readers(
       participant, statuses, {.result = {}, .status = [&](const dds::ServiceStatus& status) { answers.take(status); }});
   dds::InputWriters writers(participant);

@@ -68,7 +68,7 @@ void listen(const Options& o, const config::ServiceConfig& config, Preflight& pr
                                     preflight.note(event);
                                   });
     dds::OutputSelection wanted;
-    wanted.bias = wanted.trajectory = wanted.integrity = wanted.health = wanted.lossless = false;
+    wanted.health = wanted.lossless = false;
     const dds::OutputReaders results(participant, wanted,
                                      {.result =
                                           [&](const Result& result) {
