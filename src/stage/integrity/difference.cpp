@@ -24,13 +24,13 @@ struct Told {
 };
 
 Mat<3, 3> plot_noise(const Witness& w, const Sample& s) {
-  Vec<3> variance = plot_variance(w.model, s.z[2]);
+  Vec<3> variance = plot_variance(w.model, {.measured = {s.z[0], s.z[1], s.z[2]}});
   if (w.kind == WitnessKind::Angles) variance[0] = 1;
   return s.median_factor() * Mat<3, 3>(variance.asDiagonal());
 }
 
 Mat<3, 3> pointing(const Witness& w, const Sample& s) {
-  const Vec<3> variance = plot_variance(w.model, s.z[2]);
+  const Vec<3> variance = plot_variance(w.model, {.measured = {s.z[0], s.z[1], s.z[2]}});
   const double wander = w.model.wander.sigma_rad * w.model.wander.sigma_rad;
   const double cos_elevation = std::max(std::cos(s.z[2]), least_cos_elevation);
   return Vec<3>(0, w.slow_factor * variance[1] + wander / (cos_elevation * cos_elevation),

@@ -47,7 +47,7 @@ OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now
   const Vec<3> step = wrapped(witness, plot_residual({now.z[0], now.z[1], now.z[2]}, expected.q) -
                                            plot_residual({before.z[0], before.z[1], before.z[2]}, then.q));
   const Mat<3, 3> H = expected.d_motion.leftCols<3>();
-  const Vec<3> variance = plot_variance(witness.model, now.z[2]);
+  const Vec<3> variance = plot_variance(witness.model, {.measured = {now.z[0], now.z[1], now.z[2]}});
   const double cos_elevation = std::max(std::cos(now.z[2]), 0.01);
   const double wander = witness.model.wander.sigma_rad * witness.model.wander.sigma_rad;
   Vec<3> R = (before.median_factor() + now.median_factor()) * variance;

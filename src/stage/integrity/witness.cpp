@@ -21,9 +21,6 @@ KnownBias prior_of(const BiasModel& model) {
   return prior;
 }
 
-BiasModel bias_of(const RadarConfig& radar) { return bias_model_of(radar.bias); }
-BiasModel bias_of(const AngleSensorConfig& sensor) { return bias_model_of(sensor); }
-
 /// `sensor`: a radar or an angles-only tracker.
 template <class Sensor>
 Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bool measures_range) {
@@ -34,7 +31,7 @@ Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bo
   w.model.site = sensor.site;
   w.model.sigma = sigma;
   w.model.azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky;
-  w.model.bias = bias_of(sensor);
+  w.model.bias = bias_model_of(sensor);
   w.model.wander = sensor.wander;
   if (sensor.refractivity != 0)
     w.model.refraction =
