@@ -130,7 +130,7 @@ Vec<3> Preflight::pad_sigma(SourceId source, std::uint64_t samples) const {
   if (sources_[source].kind == SourceKind::Telemetry) {
     // A receiver's errors stay alike for longer than the window: no mean makes them smaller.
     const GpsConfig& gps = config_.gps;
-    const double slow = config_.align.gps_error.sigma_m;
+    const double slow = config_.align.gps.error.sigma_m;
     const double horizontal = std::hypot(gps.sigma_horizontal_m, slow);
     const double vertical = std::hypot(gps.sigma_vertical_m, slow);
     return (Vec<3>(horizontal * horizontal, horizontal * horizontal, vertical * vertical).array() + place).sqrt();

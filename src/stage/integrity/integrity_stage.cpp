@@ -63,7 +63,7 @@ IntegrityStage::IntegrityStage(const RangeConfig& config, const MethodSettings& 
       history_(config.fuse.arbitration.history),
       coast_(config.fuse.coast),
       rerun_per_tick_(config.integrity.rerun_per_tick),
-      units_(source_units(sources_, capabilities_of(config.fuse.methods.front().view()).angles_only)),
+      units_(source_units(sources_, capabilities_of(config.fuse.methods.front().view()).partial_plots)),
       plans_(plan_chains(units_)),
       all_(
           {.name = {}, .sources = first_sources(sources_.size())}, std::nullopt, settings,
