@@ -101,11 +101,11 @@ std::vector<RadarBlock> priors_in_force(const RangeConfig& range, bool gps) {
   for (const RadarConfig& radar : range.radars) {
     RadarModel& model = models.emplace_back();
     model.site = radar.site;
-    model.bias = bias_model_of(radar.bias);
+    model.bias = bias_model_of(radar);
     model.wander = radar.wander;
   }
-  const bool tight = !gps && range.align.no_gps.enabled;
-  return (tight ? bias_layout_without_gps(models, range.align.no_gps, 0) : bias_layout(models, 0)).radars;
+  const bool tight = !gps && range.align.gps.no_gps.enabled;
+  return (tight ? bias_layout_without_gps(models, range.align.gps.no_gps, 0) : bias_layout(models, 0)).radars;
 }
 
 sim::RadarScenario radar_scenario(const RadarConfig& radar, const RadarBlock& prior, double end_s, std::uint64_t seed) {
@@ -144,9 +144,9 @@ sim::Scenario scenario_of(const Profile& profile, bool gps, std::uint64_t seed) 
   s.gps.active = {0, profile.end_s};
   s.gps.sigma_enu_m = {range.gps.sigma_horizontal_m, range.gps.sigma_horizontal_m, range.gps.sigma_vertical_m};
   s.gps.sigma_velocity_m_s = range.gps.sigma_velocity_m_s;
-  if (range.align.gps_error.enabled) {
-    s.gps.coloured_sigma_enu_m.setConstant(range.align.gps_error.sigma_m);
-    s.gps.coloured_tau_s = range.align.gps_error.tau_s;
+  if (range.align.gps.error.enabled) {
+    s.gps.coloured_sigma_enu_m.setConstant(range.align.gps.error.sigma_m);
+    s.gps.coloured_tau_s = range.align.gps.error.tau_s;
   }
   s.gps.latency_s = fix_latency_s;
   sim::StationScenario station;
