@@ -139,7 +139,8 @@ Vec<3> Preflight::pad_sigma(SourceId source, std::uint64_t samples) const {
   Vec<9> motion = Vec<9>::Zero();
   motion.head<3>() = config_.pad->site.ecef().m;
   const PredictedPlot predicted = predict_plot(radar, motion, radar.bias.prior_mean);
-  Vec<3> variance = plot_variance(radar, predicted.q[2]) / static_cast<double>(samples);
+  const Plot plot{.measured = {predicted.q[0], predicted.q[1], predicted.q[2]}};
+  Vec<3> variance = plot_variance(radar, plot) / static_cast<double>(samples);
   const double wander = radar.wander.sigma_rad * radar.wander.sigma_rad;
   variance += Vec<3>(0, wander, wander);
   variance += place * predicted.d_motion.leftCols<3>().rowwise().squaredNorm();
