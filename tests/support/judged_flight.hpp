@@ -6,9 +6,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "allocations.hpp"
 #include "sim/simulation.hpp"
 #include "small_range.hpp"
 #include "stage/ingest.hpp"
@@ -96,6 +98,7 @@ struct JudgedFlight {
   std::vector<Said> said;
   double largest_value = 0;  ///< of all pairs and ticks, in units of the threshold
   double largest_at_s = 0;
+  std::size_t allocations = 0;  ///< of the Judge, after its construction
 
   /// The first of the kind after `from_s`; none: never.
   [[nodiscard]] std::optional<double> first(SourceId source, IntegrityVerdict verdict, double from_s = -1e9) const {
@@ -116,13 +119,18 @@ inline std::string described(const JudgedFlight& flight) {
   return text;
 }
 
-/// `without`: a further chain that never hears these sources; it is selected while one of them is excluded.
+/// `without`: a further chain that does not hear these sources; it is followed from the time that one of them is
+/// excluded.
 inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& events, SourceSet without = 0,
                            const JudgeSettings& settings = {}) {
   const SourceTable sources(range);
   Ingest ingest(range);
   Judge judge(range, sources, 0, settings);
   const SourceSet all = (SourceSet{1} << sources.size()) - 1;
+  SourceSet stations = 0;
+  for (SourceId id = 0; id < static_cast<SourceId>(sources.size()); ++id) {
+    if (sources[id].kind == SourceKind::Telemetry) stations |= set_of(id);
+  }
   struct Run {
     SourceSet mask;
     std::unique_ptr<Methods> methods;
@@ -130,6 +138,7 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
   std::vector<Run> runs;
   runs.push_back({all, std::make_unique<Methods>(range)});
   if (without != 0) runs.push_back({all & ~without, std::make_unique<Methods>(range)});
+  if (without != 0 && without != stations) runs.push_back({all & ~stations, std::make_unique<Methods>(range)});
 
   JudgedFlight flight;
   std::vector<IntegrityVerdict> known(sources.size(), IntegrityVerdict::Agrees);
@@ -137,11 +146,15 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
   std::vector<BiasEstimate> biases(range.radars.size() + range.angle_sensors.size());
   const Duration step = milliseconds(100);
   std::optional<Time> next;
+  std::size_t selected = 0;
   const auto tick = [&](Time t) {
-    std::size_t selected = 0;
-    for (std::size_t s = 0; s < sources.size() && runs.size() > 1; ++s) {
-      if (contains(without, static_cast<int>(s)) && known[s] == IntegrityVerdict::Excluded) selected = 1;
+    SourceSet excluded = 0;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      if (known[s] == IntegrityVerdict::Excluded) excluded |= set_of(static_cast<int>(s));
     }
+    // The chain that never heard the liar becomes the one that is followed; it hears it when it is believed again.
+    if (runs.size() > 1 && (excluded & without) != 0) selected = 1;
+    runs[selected].mask = all & ~excluded;
     for (std::size_t i = 0; i < runs.size(); ++i) {
       chains[i].sources = runs[i].mask;
       chains[i].estimate.reset();
@@ -150,7 +163,9 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
     }
     for (std::size_t r = 0; r < biases.size(); ++r)
       biases[r] = runs[selected].methods->primary().bias(static_cast<int>(r));
-    const auto judgements = judge.judge(t, chains, biases, ingest.left_pad("kslv", t), 0, 0);
+    std::span<const Judgement> judgements;
+    const bool in_flight = ingest.left_pad("kslv", t);
+    flight.allocations += allocations_of([&] { judgements = judge.judge(t, chains, biases, in_flight, 0, 0); });
     const double t_s = (t - liftoff).seconds();
     for (std::size_t i = 0; i < judge.pair_count(); ++i) {
       if (judge.pair(i).value <= flight.largest_value) continue;
@@ -167,7 +182,7 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
   const auto observe = [&](const Observation& o) {
     const SourceId id = sources.find(kind_of(o.measured), o.sensor);
     if (id == no_source) return;
-    judge.note(id, o);
+    flight.allocations += allocations_of([&] { judge.note(id, o); });
     if (o.verdict != Reason::Accepted) return;
     for (Run& run : runs) {
       if (contains(run.mask, id)) run.methods->process(o, ingest.left_pad(o.target, o.epoch));

@@ -1,3 +1,6 @@
+/// The Judge on simulated flights: who is named, how soon, and that nobody is named who is right. Times are after
+/// lift-off; messages of the receiver arrive 0.4 s late, those of the radars 0.06 s.
+
 #include <gtest/gtest.h>
 
 #include "../support/judged_flight.hpp"
@@ -8,37 +11,240 @@ namespace {
 constexpr SourceId first_station = 2;
 constexpr SourceId second_station = 3;
 constexpr SourceSet gps = set_of(first_station) | set_of(second_station);
+constexpr double begin_s = 150;
+constexpr double end_s = 180;
+
+struct Lie {
+  const char* name;
+  SourceId liar;
+  SourceSet without;
+  double within_s;  ///< excluded so soon after it began
+  std::function<void(Event&, double t_s)> fault;
+};
+
+void PrintTo(const Lie& lie, std::ostream* out) { *out << lie.name; }
+
+Fault of_receiver(const std::function<void(GpsFix&, double since_s)>& fault) {
+  return [fault](Event& event, double t_s) {
+    if (auto* fix = std::get_if<GpsFix>(&event); fix != nullptr && t_s >= begin_s && t_s < end_s)
+      fault(*fix, t_s - begin_s);
+  };
+}
+
+Fault of_radar(const Name& id, const std::function<void(RadarTspi&, double since_s)>& fault) {
+  return [id, fault](Event& event, double t_s) {
+    auto* plot = std::get_if<RadarTspi>(&event);
+    if (plot != nullptr && plot->sensor == id && t_s >= begin_s && t_s < end_s) fault(*plot, t_s - begin_s);
+  };
+}
+
+Fault displaced_fix(const Eigen::Vector3d& step_enu_m, const Eigen::Vector3d& drift_enu_m_s) {
+  return of_receiver([=](GpsFix& fix, double since_s) {
+    const auto R = enu_from_ecef_at(geodetic_from_ecef(fix.position)).inverse();
+    fix.position = fix.position + R * Displacement<Enu>{step_enu_m + since_s * drift_enu_m_s};
+    fix.velocity.m_s += (R * Displacement<Enu>{drift_enu_m_s}).m;
+  });
+}
+
+/// The radar follows another object that leaves the vehicle at a constant velocity.
+Fault follows_another(SourceId radar, const Eigen::Vector3d& velocity_enu_m_s) {
+  const RangeConfig range = judged_range();
+  const RadarConfig config = range.radars[static_cast<std::size_t>(radar)];
+  return of_radar(config.id, [=](RadarTspi& plot, double since_s) {
+    const Position<Ecef> seen = config.site.ecef_of(enu_from_polar(plot.measured));
+    const auto R = enu_from_ecef_at(geodetic_from_ecef(seen)).inverse();
+    plot.measured = polar_from_enu(config.site.enu_of(seen + R * Displacement<Enu>{since_s * velocity_enu_m_s}));
+  });
+}
+
+std::vector<Lie> lies() {
+  return {
+      {"gps_200_m", first_station, gps, 3, displaced_fix({200, 0, 0}, {0, 0, 0})},
+      {"gps_5_km", first_station, gps, 1.6, displaced_fix({0, 5000, 0}, {0, 0, 0})},
+      {"gps_ramp_20_m_s", first_station, gps, 12, displaced_fix({0, 0, 0}, {20, 0, 0})},
+      {"gps_ramp_10_m_s_up", first_station, gps, 25, displaced_fix({0, 0, 0}, {0, 0, 10})},
+      {"gps_velocity_sign", first_station, gps, 4, of_receiver([](GpsFix& fix, double) { fix.velocity.m_s *= -1; })},
+      {"radar_azimuth_step", goheung, set_of(goheung), 5,
+       of_radar("goheung",
+                [](RadarTspi& plot, double) {
+                  plot.measured.azimuth_rad += 0.1 * deg / std::cos(plot.measured.elevation_rad);
+                })},
+      {"radar_elevation_step", jeju, set_of(jeju), 5,
+       of_radar("jeju", [](RadarTspi& plot, double) { plot.measured.elevation_rad += 0.1 * deg; })},
+      {"radar_on_spent_stage_20_m_s", goheung, set_of(goheung), 10, follows_another(goheung, {0, 20, 0})},
+      {"radar_on_spent_stage_100_m_s", jeju, set_of(jeju), 5, follows_another(jeju, {0, 0, -100})},
+      {"radar_azimuth_sign", goheung, set_of(goheung), 1.5,
+       of_radar("goheung",
+                [](RadarTspi& plot, double) { plot.measured.azimuth_rad = wrap_two_pi(-plot.measured.azimuth_rad); })},
+      {"radar_feet", jeju, set_of(jeju), 1.5,
+       of_radar("jeju", [](RadarTspi& plot, double) { plot.measured.range_m *= 3.28084; })},
+      {"radar_fold", goheung, set_of(goheung), 1.5,
+       of_radar("goheung", [](RadarTspi& plot, double) { plot.measured.range_m += 150e3; })},
+      {"radar_clock_1_s", jeju, set_of(jeju), 2.5,
+       of_radar("jeju", [](RadarTspi& plot, double) { plot.epoch = plot.epoch - seconds(1); })},
+  };
+}
+
+class JudgeOnLies : public testing::TestWithParam<Lie> {};
+
+TEST_P(JudgeOnLies, NamesTheLiarInTimeAndNobodyElse) {
+  const Lie& lie = GetParam();
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, end_s), 3);
+  const JudgedFlight f = judged(range, with_fault(flight, lie.fault), lie.without);
+  const auto excluded = f.first(lie.liar, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_GE(*excluded, begin_s) << described(f);
+  EXPECT_LE(*excluded, begin_s + lie.within_s) << described(f);
+  for (const Said& s : f.said) {
+    if (contains(lie.without, s.source)) continue;
+    EXPECT_EQ(s.judgement.verdict, IntegrityVerdict::Agrees) << described(f);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lies, JudgeOnLies, testing::ValuesIn(lies()), [](const auto& lie) { return lie.param.name; });
 
 TEST(Judge, NobodyIsAccusedInAFaultFreeFlight) {
   const RangeConfig range = judged_range();
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-    const sim::Simulation flight(judged_launch(range, 480), seed);
+    sim::Scenario scenario = judged_launch(range, 480);
+    if (seed == 2) {  // every twentieth plot an outlier, thrust cut off early, outages
+      for (sim::RadarScenario& radar : scenario.radars) radar.outlier_probability = 0.05;
+      scenario.profile.burns[0].to_s = 180;
+      scenario.radars[1].outages = {{200, 260}};
+      scenario.gps.outages = {{300, 370}};
+    }
+    const sim::Simulation flight(scenario, seed);
     const JudgedFlight f = judged(range, flight.events());
     EXPECT_TRUE(f.said.empty()) << "seed " << seed << "\n" << described(f);
     EXPECT_GT(f.largest_value, 0) << "nothing was compared";
   }
 }
 
-TEST(Judge, AReceiverThatJumpsIsNamedAndBelievedAgainTenSecondsAfterItIsRight) {
+TEST(Judge, AReceiverIsBelievedAgainAfterTenSecondsOfAgreement) {
   const RangeConfig range = judged_range();
-  for (const double step_m : {200.0, 5000.0}) {
-    sim::Scenario scenario = judged_launch(range, 190);
-    scenario.gps.faults.push_back({{150, 170}, {step_m, 0, 0}, {0, 0, 0}});
-    const sim::Simulation flight(scenario, 1);
-    const JudgedFlight f = judged(range, flight.events(), gps);
-    for (const SourceId station : {first_station, second_station}) {
-      const auto excluded = f.first(station, IntegrityVerdict::Excluded);
-      ASSERT_TRUE(excluded) << described(f);
-      EXPECT_GE(*excluded, 150);
-      EXPECT_LE(*excluded, step_m < 1000 ? 153 : 151.5);
-      const auto back = f.first(station, IntegrityVerdict::Agrees, *excluded);
-      ASSERT_TRUE(back) << described(f);
-      EXPECT_GE(*back, 180);
-      EXPECT_LE(*back, 182);
-    }
-    EXPECT_FALSE(f.first(goheung, IntegrityVerdict::Suspect)) << described(f);
-    EXPECT_FALSE(f.first(jeju, IntegrityVerdict::Suspect)) << described(f);
+  sim::Scenario scenario = judged_launch(range, 190);
+  scenario.gps.faults.push_back({{150, 170}, {200, 0, 0}, {0, 0, 0}});
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events(), gps);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  const auto back = f.first(first_station, IntegrityVerdict::Agrees, *excluded);
+  ASSERT_TRUE(back) << described(f);
+  EXPECT_GE(*back, 180);
+  EXPECT_LE(*back, 182);
+  for (const Said& s : f.said) {
+    if (s.judgement.verdict != IntegrityVerdict::Excluded) continue;
+    EXPECT_LE((s.judgement.onset - liftoff).seconds(), 150);
+    EXPECT_GE((s.judgement.onset - liftoff).seconds(), 140);
   }
+}
+
+TEST(Judge, ADatumIsSeenOnThePad) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 2);
+  scenario.start_s = -60;
+  scenario.gps.active.first = -60;
+  EXPECT_TRUE(judged(range, sim::Simulation(scenario, 1).events()).said.empty());
+  scenario.gps.faults.push_back({{-60, 1000}, {0, 0, 28}, {0, 0, 0}});
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events(), gps);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_LT(*excluded, 0);
+  EXPECT_EQ(f.said.front().judgement.why, Finding::OffPad);
+  EXPECT_NEAR(f.said.front().judgement.apart_m, 28, 10);
+}
+
+TEST(Judge, OneStationsWrongCopiesAreTheStationsNotTheReceivers) {
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, 170), 1);
+  const Fault wrong_copy = [](Event& event, double t_s) {
+    auto* fix = std::get_if<GpsFix>(&event);
+    if (fix != nullptr && fix->station == Name("jeju-tgs") && t_s >= begin_s) fix->position.m.x() += 5000;
+  };
+  const JudgedFlight f = judged(range, with_fault(flight, wrong_copy), set_of(second_station));
+  const auto excluded = f.first(second_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_LE(*excluded, begin_s + 4);
+  EXPECT_FALSE(f.first(first_station, IntegrityVerdict::Excluded)) << described(f);
+  EXPECT_EQ(f.said.back().judgement.why, Finding::DifferingCopy);
+}
+
+TEST(Judge, OneRadarAgainstTheReceiverIsAmbiguousUnlessTrustIsConfigured) {
+  RangeConfig range = judged_range();
+  range.radars.pop_back();
+  const sim::Simulation flight(judged_launch(range, end_s), 1);
+  const std::vector<Event> events = with_fault(flight, follows_another(goheung, {0, 50, 0}));
+  const JudgedFlight tie = judged(range, events, set_of(goheung));
+  EXPECT_TRUE(tie.first(goheung, IntegrityVerdict::Ambiguous)) << described(tie);
+  EXPECT_TRUE(tie.first(1, IntegrityVerdict::Ambiguous)) << described(tie);
+  EXPECT_FALSE(tie.first(goheung, IntegrityVerdict::Excluded)) << described(tie);
+  JudgeSettings settings;
+  settings.trust = {"goheung-tgs", "goheung"};
+  const JudgedFlight trusted = judged(range, events, set_of(goheung), settings);
+  EXPECT_TRUE(trusted.first(goheung, IntegrityVerdict::Excluded)) << described(trusted);
+  EXPECT_FALSE(trusted.first(1, IntegrityVerdict::Excluded)) << described(trusted);
+}
+
+TEST(Judge, AReceiversClockASecondOffFromTheStartIsNotTheRadars) {
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, 100), 1);
+  const Fault early = [&](Event& event, double) {
+    auto* fix = std::get_if<GpsFix>(&event);
+    if (fix == nullptr) return;
+    const auto said = flight.truth(fix->epoch + seconds(1));
+    const auto true_state = flight.truth(fix->epoch);
+    fix->position.m += said->position.m - true_state->position.m;
+    fix->velocity.m_s += said->velocity.m_s - true_state->velocity.m_s;
+  };
+  const JudgedFlight f = judged(range, with_fault(flight, early), gps);
+  EXPECT_TRUE(f.first(first_station, IntegrityVerdict::Excluded)) << described(f);
+  EXPECT_FALSE(f.first(goheung, IntegrityVerdict::Excluded)) << described(f);
+  EXPECT_FALSE(f.first(jeju, IntegrityVerdict::Excluded)) << described(f);
+}
+
+TEST(Judge, OfTwoReceiversThatDifferThePadTellsWhich) {
+  for (const bool surveyed : {false, true}) {
+    RangeConfig range = judged_range();
+    if (!surveyed) range.pad.reset();
+    const sim::Simulation flight(judged_launch(range, 100), 1);
+    std::vector<Event> events;
+    for (const Event& event : flight.events()) {
+      events.push_back(event);
+      const auto* fix = std::get_if<GpsFix>(&event);
+      if (fix == nullptr) continue;
+      GpsFix other = *fix;  // half a second later
+      other.receiver = "upper";
+      other.epoch = other.epoch + milliseconds(500);
+      other.received = other.received + milliseconds(500);
+      const auto state = flight.truth(other.epoch);
+      const auto R = enu_from_ecef_at(geodetic_from_ecef(state->position)).inverse();
+      other.position = state->position + R * Displacement<Enu>{{2, -3, 50}};
+      other.velocity = state->velocity;
+      events.emplace_back(other);
+    }
+    std::stable_sort(events.begin(), events.end(),
+                     [](const Event& a, const Event& b) { return received_of(a) < received_of(b); });
+    const JudgedFlight f = judged(range, events);
+    ASSERT_FALSE(f.said.empty());
+    EXPECT_EQ(f.said.front().judgement.verdict, IntegrityVerdict::Ambiguous) << described(f);
+    EXPECT_LT(f.said.front().t_s, 0) << described(f);
+    EXPECT_EQ(surveyed, f.said.back().judgement.why == Finding::OffPad) << described(f);
+    EXPECT_EQ(surveyed, f.said.back().judgement.receiver == Name("upper")) << described(f);
+    EXPECT_FALSE(f.first(first_station, IntegrityVerdict::Excluded)) << "the other receiver comes by the same station";
+    EXPECT_FALSE(f.first(goheung, IntegrityVerdict::Excluded)) << described(f);
+  }
+}
+
+TEST(Judge, SaysTheSameAgainAndAllocatesNothing) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 160);
+  scenario.gps.faults.push_back({{150, 170}, {200, 0, 0}, {0, 0, 0}});
+  const std::vector<Event> events = sim::Simulation(scenario, 1).events();
+  const JudgedFlight a = judged(range, events, gps);
+  const JudgedFlight b = judged(range, events, gps);
+  EXPECT_EQ(described(a), described(b));
+  EXPECT_EQ(a.largest_value, b.largest_value);
+  EXPECT_EQ(a.allocations, 0u);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "bias_test.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <downrange/est/filter/consistency.hpp>
 
@@ -8,9 +9,17 @@ namespace downrange::integrity {
 namespace {
 
 constexpr double false_alarm = 1e-6;
+/// What a filter's bias takes up of a mount's wander that the configuration does not know reaches three times the
+/// quantile; lies reach 45 prior sigmas. Of one term this is 15.
+constexpr double lenience = 10;
 /// A bias that so few plots taught is a guess.
 constexpr std::uint64_t least_samples = 20;
-constexpr double alike = 0.5;  ///< share of the larger by which two displacements may differ
+/// Posterior sigma over prior sigma below which a term is known, and can be held against another radar's.
+constexpr double well_known = 0.5;
+/// The same term of two radars is common to them where one is no smaller than this share of the other.
+constexpr double alike_term = 0.5;
+constexpr double alike_displacement = 0.3;
+constexpr double sound = 2;  // prior sigmas: below, nothing is to be said against a bias
 
 struct Block {
   BiasBlock name;
@@ -26,7 +35,7 @@ constexpr std::array<Block, 4> blocks{{{BiasBlock::SezOffset, BiasTerm::OffsetSo
 
 BiasTest::BiasTest() {
   for (std::size_t dof = 1; dof < threshold_.size(); ++dof)
-    threshold_[dof] = chi2_quantile(1 - false_alarm, static_cast<int>(dof));
+    threshold_[dof] = lenience * chi2_quantile(1 - false_alarm, static_cast<int>(dof));
 }
 
 BiasPlausibility BiasTest::plausibility(const BiasModel& prior, const BiasEstimate& bias) const {
@@ -65,15 +74,47 @@ BiasPlausibility BiasTest::plausibility(const BiasModel& prior, const BiasEstima
   return worst;
 }
 
-bool common_to_all(std::span<const Vec<3>> displacement) {
-  if (displacement.size() < 2) return false;
-  for (std::size_t i = 0; i < displacement.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double larger = std::max(displacement[i].norm(), displacement[j].norm());
-      if ((displacement[i] - displacement[j]).norm() > alike * larger) return false;
+LearntBias BiasTest::operator()(const BiasModel& prior, const BiasEstimate& bias) const {
+  LearntBias learnt;
+  learnt.ignorance.fill(1);
+  for (int i = 0; i < bias.terms; ++i) {
+    const auto term = static_cast<std::size_t>(bias.term[static_cast<std::size_t>(i)]);
+    const auto k = static_cast<Eigen::Index>(term);
+    const double sigma = std::sqrt(prior.prior_cov(k, k));
+    learnt.excess[term] = (bias.value[i] - prior.prior_mean[k]) / sigma;
+    learnt.ignorance[term] = std::sqrt(std::max(bias.cov(i, i), 0.0)) / sigma;
+  }
+  learnt.plausibility = plausibility(prior, bias);
+  return learnt;
+}
+
+BiasBlame blame(std::span<const LearntBias> radars) {
+  BiasBlame result;
+  for (const LearntBias& r : radars) {
+    if (!r.implausible) continue;
+    const auto term = static_cast<std::size_t>(r.plausibility.term);
+    bool alike = false;
+    bool different = false;
+    for (const LearntBias& other : radars) {
+      if (other.witness == r.witness || other.ignorance[term] > well_known) continue;
+      const double share = other.excess[term] / r.excess[term];
+      const double larger = std::max(r.displacement.norm(), other.displacement.norm());
+      const bool same_term = share >= alike_term && share <= 1 / alike_term;
+      const bool same_way = (r.displacement - other.displacement).norm() <= alike_displacement * larger &&
+                            std::abs(other.excess[term]) >= sound;
+      alike = alike || same_term || same_way;
+      different = different || std::abs(other.excess[term]) < sound;
+    }
+    if (alike && !different) {
+      result.receivers = true;
+    } else if (different) {
+      result.radars |= only(r.witness);
+    } else {
+      result.disputed |= only(r.witness);
     }
   }
-  return true;
+  if (result.receivers) result.radars = result.disputed = 0;
+  return result;
 }
 
 }  // namespace downrange::integrity

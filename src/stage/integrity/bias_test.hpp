@@ -8,30 +8,47 @@
 #include <vector>
 
 #include "difference.hpp"
+#include "identification.hpp"
 
 namespace downrange::integrity {
 
 /// One sensor's bias against its prior.
 struct BiasPlausibility {
-  double ratio = 0;  ///< of the least plausible block, chi2 over its threshold at 1e-6
+  double ratio = 0;  ///< of the least plausible block, chi2 over its threshold: ten times the quantile at 1e-6
   BiasBlock block = BiasBlock::Polar;
   double value = 0;  ///< of that block's least plausible term, in prior sigmas
   BiasTerm term = BiasTerm::OffsetRange;
+};
+
+/// What GPS taught of one radar.
+struct LearntBias {
+  int witness = 0;
+  BiasPlausibility plausibility;
+  bool implausible = false;                         ///< and that lasts
+  std::array<double, bias_term_count> excess{};     ///< of each term, in prior sigmas
+  std::array<double, bias_term_count> ignorance{};  ///< posterior sigma over prior sigma; 1 of what is not estimated
+  Vec<3> displacement = Vec<3>::Zero();             ///< where the bias moves the target, m, ECEF, at the target
 };
 
 class BiasTest {
  public:
   BiasTest();
 
-  /// Nothing, unless the sensor's bias was learnt from GPS.
-  [[nodiscard]] BiasPlausibility plausibility(const BiasModel& prior, const BiasEstimate& bias) const;
+  /// `witness` and `displacement` are left to the caller. Nothing implausible, unless the bias was learnt from GPS.
+  [[nodiscard]] LearntBias operator()(const BiasModel& prior, const BiasEstimate& bias) const;
 
  private:
+  [[nodiscard]] BiasPlausibility plausibility(const BiasModel& prior, const BiasEstimate& bias) const;
+
   std::array<double, 7> threshold_{};  ///< by degrees of freedom
 };
 
-/// Where the biases of all sensors move the target, along the same way: the displacement is the reference's, not
-/// theirs. `displacement`: of each sensor, m, ECEF, at the target.
-[[nodiscard]] bool common_to_all(std::span<const Vec<3>> displacement);
+/// Whose fault implausible biases are.
+struct BiasBlame {
+  bool receivers = false;   ///< all radars would be biased the same way: their reference is
+  WitnessSet radars = 0;    ///< another one, taught by the same reference, is as it should be
+  WitnessSet disputed = 0;  ///< radars of which nobody can tell
+};
+[[nodiscard]] BiasBlame blame(std::span<const LearntBias> radars);
 
 }  // namespace downrange::integrity

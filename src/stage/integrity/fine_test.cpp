@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t most = 5;
 constexpr std::size_t least = 3;
+constexpr Duration steady_span = milliseconds(6000);
 constexpr double median_of_samples = 1.5;  // variance of a median over that of a mean
 
 /// Variance of the change of a stationary Gauss-Markov error of unit variance.
@@ -42,14 +43,16 @@ std::array<Instant, most> common_instants(const Witness& first, const Witness& s
 
 }  // namespace
 
-std::optional<Reference> reference_of(const Witness& first, const Witness& second, const ReferenceSpan& span) {
+std::optional<Reference> reference_of(const Witness& first, const Witness& second, const ReferenceSpan& span,
+                                      Knowledge knowledge) {
   std::size_t n = 0;
   const std::array<Instant, most> instants = common_instants(first, second, span, n);
   if (n < least) return std::nullopt;
   Reference r;
   r.epoch = instants[0].a->epoch;
-  r.first = first.known_at(r.epoch);
-  r.second = second.known_at(r.epoch);
+  const bool learnt = knowledge == Knowledge::Learnt;
+  r.first = learnt ? first.known_at(r.epoch) : first.prior;
+  r.second = learnt ? second.known_at(r.epoch) : second.prior;
   std::array<Vec<3>, most> d;
   const double share = 1 / static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -67,6 +70,16 @@ std::optional<Reference> reference_of(const Witness& first, const Witness& secon
     r.d[k] = (values[(n - 1) / 2] + values[n / 2]) / 2;
   }
   return r;
+}
+
+TestResult steady_test(const Witness& first, const Witness& second, Time at, const Threshold& threshold) {
+  const auto r = reference_of(first, second, {.from = at - steady_span, .to = at, .newest = true}, Knowledge::Prior);
+  if (!r) return {};
+  const double slow_m2 = first.slow_sigma_m * first.slow_sigma_m + second.slow_sigma_m * second.slow_sigma_m;
+  TestResult result;
+  result.ratio = threshold.ratio(r->d, r->white + slow_m2 * Mat<3, 3>::Identity(), true, &result.whitened);
+  result.apart_m = r->d.norm();
+  return result;
 }
 
 TestResult fine_test(const Witness& first, const Sample& a, const Witness& second, const Sample& b,

@@ -25,9 +25,18 @@ struct ReferenceSpan {
   bool newest = true;
 };
 
+/// What is taken as known of the biases.
+enum class Knowledge : std::uint8_t {
+  Prior,   ///< what is configured or calibrated
+  Learnt,  ///< and what GPS taught
+};
+
 /// None: fewer than three instants of which both have a sample.
 [[nodiscard]] std::optional<Reference> reference_of(const Witness& first, const Witness& second,
-                                                    const ReferenceSpan& span);
+                                                    const ReferenceSpan& span, Knowledge knowledge);
+
+/// Of two receivers, which have no biases to be excused by: the median of their last five differences up to `at`.
+[[nodiscard]] TestResult steady_test(const Witness& first, const Witness& second, Time at, const Threshold& threshold);
 
 [[nodiscard]] TestResult fine_test(const Witness& first, const Sample& a, const Witness& second, const Sample& b,
                                    const Reference& reference, const Threshold& threshold);

@@ -37,19 +37,21 @@ void Judge::AloneTest::judge(Time at, double ratio, double apart) {
   within = ratio >= 1 ? 0 : within + 1;
   if (beyond >= in_a_row) guilty = true;
   if (within >= in_a_row) guilty = false;
-  if (ratio < calm) calm_at = at;
+  if (ratio < calm || !judged) calm_at = at;
+  judged = true;
   value = ratio;
   if (ratio >= 1) apart_m = apart;
 }
 
 Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target, const JudgeSettings& settings)
-    : settings_(settings), witnesses_(integrity::witnesses_of(config, max_receivers)) {
+    : settings_(settings), receiver_(config.gps), witnesses_(integrity::witnesses_of(config, max_receivers)) {
   static_cast<void>(target);  // every target is judged alike
   if (config.pad) pad_test_.emplace(config.pad->site);
   for (const Source& source : sources) names_.push_back(source.name);
   standing_.resize(witnesses_.size());
   stations_.resize(names_.size());
   judgements_.resize(names_.size());
+  settled_.resize(max_receivers);
   copies_.assign(max_receivers, integrity::Copies(settings.copies));
   const int count = static_cast<int>(witnesses_.size());
   const int ground = count - max_receivers;
@@ -61,9 +63,9 @@ Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target, 
       pairs_.emplace_back(swap ? b : a, swap ? a : b);
     }
   }
-  edges_.reserve(pairs_.size() + witnesses_.size() * max_receivers);
+  edges_.reserve(pairs_.size());
   characters_.resize(witnesses_.size());
-  displacements_.reserve(witnesses_.size());
+  learnt_.reserve(witnesses_.size());
 }
 
 void Judge::note(SourceId source, const Observation& o) {
@@ -99,18 +101,31 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   w.sources |= set_of(source);
   const integrity::Copies& copies = copies_[static_cast<std::size_t>(place)];
   const auto& message = copies_[static_cast<std::size_t>(place)].note(source, o.epoch, fix);
+  // Where it must be: by the other sources, or by its own last fix that nobody disputed.
   std::optional<Position<Ecef>> expected;
-  if (const auto motion = track_without_receivers_.at(o.epoch)) expected = Position<Ecef>{motion->head<3>()};
+  const auto elsewhere = track_without_receivers_.at(o.epoch);
+  Settled& settled = settled_[static_cast<std::size_t>(place)];
+  const double dt = (o.epoch - settled.epoch).seconds();
+  if (elsewhere) {
+    expected = Position<Ecef>{elsewhere->head<3>()};
+  } else if (const auto motion = track_.at(o.epoch); motion && settled.fix.velocity_valid && dt > 0 && dt < 5) {
+    const Vec<3> v = settled.fix.velocity.m_s + dt / 2 * motion->tail<3>();
+    expected = Position<Ecef>{settled.fix.position.m + dt * v};
+  }
   const integrity::Copies::Odd odd = copies.odd(message, expected);
+  for (std::size_t i = 0; i < message.count && odd.disputed == 0; ++i) {
+    if (contains(odd.agreeing, message.copy[i].station) && o.epoch >= settled.epoch)
+      settled = {.epoch = o.epoch, .fix = message.copy[i].fix};
+  }
   for (std::size_t i = 0; i < message.count; ++i) {
     const int id = message.copy[i].station;
     Station& station = stations_[static_cast<std::size_t>(id)];
     const bool is_odd = contains(odd.stations, id);
     const bool is_disputed = contains(odd.disputed, id);
     if (!is_odd && !is_disputed) {
-      if (message.count > 1 && station.counted != o.epoch) {
+      if (message.count > 1 && station.counted != message.epoch) {
         station.odd = station.disputed = 0;
-        station.counted = o.epoch;
+        station.counted = message.epoch;
       }
       continue;
     }
@@ -118,11 +133,11 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
     station.right_since = o.epoch;
     station.apart_m = odd.apart_m;
     station.against = (odd.agreeing | odd.disputed) & ~set_of(id);
-    if (station.counted != o.epoch || (is_odd && station.odd == 0)) {
+    if (station.counted != message.epoch || (is_odd && station.odd == 0)) {
       station.odd = is_odd ? station.odd + 1 : 0;
       station.disputed = is_disputed ? station.disputed + 1 : 0;
     }
-    station.counted = o.epoch;
+    station.counted = message.epoch;
   }
   if (w.series.knows(o.epoch) || stations_[static_cast<std::size_t>(source)].odd > 0) return;
   integrity::RawMeasurement raw;
@@ -130,9 +145,9 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   raw.z = fix.position.m;
   raw.velocity_m_s = fix.velocity.m_s;
   raw.velocity_valid = fix.velocity_valid;
-  raw.sigma_horizontal_m = fix.sigma_horizontal_m;
-  raw.sigma_vertical_m = fix.sigma_vertical_m;
-  raw.sigma_velocity_m_s = fix.sigma_velocity_m_s;
+  raw.sigma_horizontal_m = std::max(fix.sigma_horizontal_m, receiver_.sigma_horizontal_m);
+  raw.sigma_vertical_m = std::max(fix.sigma_vertical_m, receiver_.sigma_vertical_m);
+  raw.sigma_velocity_m_s = std::max(fix.sigma_velocity_m_s, receiver_.sigma_velocity_m_s);
   w.series.note(raw);
 }
 
@@ -253,50 +268,42 @@ void Judge::compare(int index, Time at) {
 }
 
 void Judge::judge_biases(Time epoch, std::span<const BiasEstimate> biases) {
-  displacements_.clear();
-  bool implausible = false;
+  learnt_.clear();
   const std::size_t ground = witnesses_.size() - max_receivers;
   for (std::size_t w = 0; w < std::min(biases.size(), ground); ++w) {
     Standing& s = standing_[w];
-    s.bias_disputed = false;
-    const BiasEstimate& bias = biases[w];
-    if (!s.active || excluded(static_cast<int>(w)) || bias.reference != BiasReference::Gps) continue;
     const Witness& witness = witnesses_[w];
-    const integrity::BiasPlausibility p = bias_test_.plausibility(witness.model.bias, bias);
-    if (!witness.series.samples().empty() && witness.kind == WitnessKind::Radar) {
-      integrity::BiasVector excess = integrity::BiasVector::Zero();
-      for (int i = 0; i < bias.terms; ++i) {
-        const auto term = static_cast<Eigen::Index>(bias.term[static_cast<std::size_t>(i)]);
-        excess[term] = bias.value[i] - witness.model.bias.prior_mean[term];
-      }
-      const Vec<3> away = integrity::displacement(witness, witness.series.samples().newest(), excess);
-      s.bias.judge(epoch, p.ratio, away.norm());
-      displacements_.push_back(away);
-    } else {
-      s.bias.judge(epoch, p.ratio, 0);
+    const BiasEstimate& bias = biases[w];
+    const bool judged = s.active && !excluded(static_cast<int>(w)) && bias.reference == BiasReference::Gps &&
+                        witness.kind == WitnessKind::Radar && !witness.series.samples().empty();
+    if (!judged) continue;
+    integrity::BiasVector excess = integrity::BiasVector::Zero();
+    for (int i = 0; i < bias.terms; ++i) {
+      const auto term = static_cast<Eigen::Index>(bias.term[static_cast<std::size_t>(i)]);
+      excess[term] = bias.value[i] - witness.model.bias.prior_mean[term];
     }
-    implausible = implausible || s.bias.guilty;
+    integrity::LearntBias learnt = bias_test_(witness.model.bias, bias);
+    learnt.witness = static_cast<int>(w);
+    learnt.displacement = integrity::displacement(witness, witness.series.samples().newest(), excess);
+    s.bias.judge(epoch, learnt.plausibility.ratio, learnt.displacement.norm());
+    learnt.implausible = s.bias.guilty;
+    learnt_.push_back(learnt);
   }
-  if (!implausible) return;
-  const bool common = integrity::common_to_all(displacements_);
+  const integrity::BiasBlame blame = integrity::blame(learnt_);
+  disputed_ = blame.disputed;
   for (std::size_t w = 0; w < witnesses_.size(); ++w) {
     Standing& s = standing_[w];
     if (!s.active || excluded(static_cast<int>(w)) || s.held_for != Finding::None) continue;
-    if (common && witnesses_[w].is_receiver()) {
-      s.held_for = Finding::CommonBias;
-      s.bias = standing_[0].bias;
-      for (std::size_t r = 0; r < ground; ++r) {
-        if (standing_[r].bias.guilty) s.bias = standing_[r].bias;
-      }
-      s.held_onset = s.bias.calm_at;
-    } else if (!common && w < ground && s.bias.guilty) {
-      if (displacements_.size() > 1) {
-        s.held_for = Finding::ImplausibleBias;
-        s.held_onset = s.bias.calm_at;
-      } else {
-        s.bias_disputed = true;
+    const bool receiver = witnesses_[w].is_receiver();
+    if (receiver && blame.disputed != 0) disputed_ |= only(static_cast<int>(w));
+    if (receiver && (blame.receivers || blame.disputed != 0)) {
+      for (const integrity::LearntBias& r : learnt_) {
+        if (r.implausible) s.bias = standing_[static_cast<std::size_t>(r.witness)].bias;
       }
     }
+    if (receiver ? !blame.receivers : (blame.radars & only(static_cast<int>(w))) == 0) continue;
+    s.held_for = receiver ? Finding::CommonBias : Finding::ImplausibleBias;
+    s.held_onset = s.bias.calm_at;
   }
 }
 

@@ -96,6 +96,7 @@ class Judge {
     bool guilty = false;
     double value = 0;
     double apart_m = 0;
+    bool judged = false;
     Time calm_at;  ///< newest without doubt
     void judge(Time at, double ratio, double apart);
   };
@@ -105,7 +106,6 @@ class Judge {
     AloneTest velocity;
     AloneTest pad;
     AloneTest bias;
-    bool bias_disputed = false;  ///< implausible, and there is no second sensor to tell whose fault it is
     /// Guilty of what only a break with its own past can end: its biases and the pad are no witnesses any more.
     Finding held_for = Finding::None;
     Time held_onset;
@@ -120,6 +120,12 @@ class Judge {
     Time right_since;
     double apart_m = 0;
     SourceSet against = 0;
+  };
+
+  /// A receiver's newest fix that no copy disputes.
+  struct Settled {
+    Time epoch;
+    Fix fix;
   };
 
   void note_fix(SourceId source, const Observation& o, const Fix& fix);
@@ -149,6 +155,7 @@ class Judge {
 
   JudgeSettings settings_;
   std::vector<Name> names_;  ///< by SourceId
+  GpsConfig receiver_;       ///< no receiver is believed to be better
   integrity::Threshold threshold_;
   integrity::BiasTest bias_test_;
   std::optional<integrity::PadTest> pad_test_;
@@ -158,10 +165,12 @@ class Judge {
   std::vector<Standing> standing_;  ///< by witness
   std::vector<integrity::Pair> pairs_;
   std::vector<integrity::Copies> copies_;         ///< by receiver
+  std::vector<Settled> settled_;                  ///< by receiver
   std::vector<Station> stations_;                 ///< by SourceId
   std::vector<integrity::Edge> edges_;            ///< scratch
   std::vector<integrity::Character> characters_;  ///< scratch
-  std::vector<Vec<3>> displacements_;             ///< scratch
+  std::vector<integrity::LearntBias> learnt_;     ///< scratch
+  integrity::WitnessSet disputed_ = 0;            ///< by what GPS taught of biases
   std::optional<Time> tied_since_;
   std::vector<Judgement> judgements_;  ///< by SourceId
 };

@@ -7,11 +7,11 @@ namespace downrange::integrity {
 namespace {
 
 constexpr std::size_t least = 5;
-constexpr std::size_t most = 20;
+constexpr std::size_t most = 60;
 constexpr double at_rest_m_s = 5;
 constexpr double sigmas = 3;
 /// Where on the vehicle a receiver's antenna is, and how well the pad is known, 1-sigma.
-constexpr double survey_m = 3;
+constexpr double survey_m = 2;
 
 /// What a sensor's two samples are apart, beyond their noise.
 double moved_m(const Witness& sensor, const Sample& from, const Sample& to) {

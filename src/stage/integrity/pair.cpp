@@ -7,10 +7,12 @@ namespace downrange::integrity {
 namespace {
 
 constexpr Duration short_lag = milliseconds(5000);
+constexpr Duration middle_lag = milliseconds(12'000);
 constexpr Duration long_lag = milliseconds(30'000);
 constexpr Duration least_long_lag = milliseconds(10'000);
 constexpr Duration span = milliseconds(6000);  // that a reference is gathered from
-constexpr int in_a_row = 3;
+constexpr int in_a_row = 3;                    // from `noticed` on, the last of them beyond the threshold
+constexpr double noticed = 0.7;
 /// Two in a row are enough where both are this far beyond the threshold and alike.
 constexpr int gross_in_a_row = 2;
 constexpr double gross = 4;
@@ -19,16 +21,23 @@ constexpr double gross_alike = 0.3;
 constexpr double same_direction = 0.5;
 /// Below this share of the threshold, 2.5 sigma, nothing speaks of a disagreement.
 constexpr double calm = 0.2;
+/// Who failed agrees again below this share only: with the time since the reference grows what wander may explain.
+constexpr double forgiven = 0.35;
 constexpr Duration longest_onset = milliseconds(10'000);
 
 }  // namespace
 
 void Pair::learn(const Witness& first, const Witness& second, Time at) {
   const auto from = [&](Time t) { return std::max(not_before_, t); };
-  const ReferenceSpan close{.from = from(at - short_lag - span), .to = at - short_lag, .newest = true};
-  if (auto found = reference_of(first, second, close)) recent_ = *found;
-  const ReferenceSpan far{.from = from(at - long_lag - span), .to = at - least_long_lag, .newest = false};
-  if (auto found = reference_of(first, second, far)) earlier_ = *found;
+  const std::array<ReferenceSpan, ages> spans{
+      {{.from = from(at - short_lag - span), .to = at - short_lag, .newest = true},
+       {.from = from(at - middle_lag - span), .to = at - middle_lag, .newest = true},
+       {.from = from(at - long_lag - span), .to = at - least_long_lag, .newest = false}}};
+  for (std::size_t i = 0; i < ages; ++i) {
+    if (auto found = reference_of(first, second, spans[i], Knowledge::Learnt)) learnt_[i] = *found;
+    if (first.is_receiver()) continue;
+    if (auto found = reference_of(first, second, spans[i], Knowledge::Prior)) prior_[i] = *found;
+  }
 }
 
 void Pair::compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
@@ -36,9 +45,18 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
   if (!hold && !fails_ && exceeding_ == 0) learn(first, second, a.epoch);
   const TestResult coarse = coarse_test(first, a, second, b, threshold);
   TestResult worst = coarse;
-  for (const std::optional<Reference>* reference : {&recent_, &earlier_}) {
-    if (!*reference) continue;
-    const TestResult fine = fine_test(first, a, second, b, **reference, threshold);
+  if (first.is_receiver() && second.is_receiver()) {
+    const TestResult steady = steady_test(first, second, a.epoch, threshold);
+    if (steady.ratio > worst.ratio) worst = steady;
+  }
+  for (std::size_t i = 0; i < ages; ++i) {
+    if (!learnt_[i]) continue;
+    TestResult fine = fine_test(first, a, second, b, *learnt_[i], threshold);
+    // A receiver that lies taught the sensors their biases: what these make of each other is not held against them.
+    if (prior_[i] && fine.ratio > worst.ratio) {
+      const TestResult untaught = fine_test(first, a, second, b, *prior_[i], threshold);
+      if (untaught.ratio < fine.ratio) fine = untaught;
+    }
     if (fine.ratio > worst.ratio) worst = fine;
   }
   if (!std::isfinite(worst.ratio)) return;
@@ -50,7 +68,7 @@ void Pair::judge(Time at, const TestResult& result) {
   const double along = result.whitened.dot(whitened_);
   const bool same_way = along >= same_direction * result.whitened.norm() * whitened_.norm();
   const bool alike = (result.whitened - whitened_).norm() <= gross_alike * result.whitened.norm();
-  if (result.ratio >= 1) {
+  if (result.ratio >= noticed) {
     exceeding_ = exceeding_ > 0 && same_way ? exceeding_ + 1 : 1;
     passing_ = 0;
     if (exceeding_ == 1 && !fails_) {
@@ -61,9 +79,10 @@ void Pair::judge(Time at, const TestResult& result) {
       if (at - calm_ > longest_onset) onset_ = at - longest_onset;
     }
     const bool far_beyond = exceeding_ >= gross_in_a_row && result.ratio >= gross && value_ >= gross && alike;
-    if (exceeding_ >= in_a_row || far_beyond) fails_ = true;
+    if ((exceeding_ >= in_a_row && result.ratio >= 1) || far_beyond) fails_ = true;
+  } else if (exceeding_ = 0; fails_ && result.ratio >= forgiven) {
+    passing_ = 0;
   } else {
-    exceeding_ = 0;
     if (++passing_ == 1) agrees_since_ = at;
     if (fails_ && passing_ >= in_a_row) {
       fails_ = false;

@@ -1,6 +1,7 @@
 #pragma once
 /// Two witnesses, held against each other as long as the flight lasts.
 
+#include <array>
 #include <optional>
 
 #include "fine_test.hpp"
@@ -26,7 +27,7 @@ class Pair {
 
   /// Three in a row beyond the threshold, or two far beyond, of one direction; until three in a row are within.
   [[nodiscard]] bool fails() const { return fails_; }
-  [[nodiscard]] bool doubtful() const { return fails_ || exceeding_ >= 2; }
+  [[nodiscard]] bool doubtful() const { return fails_ || (exceeding_ >= 2 && value_ >= 1); }
   /// In the coarse test, that is: whatever the biases are within their priors.
   [[nodiscard]] bool coarsely() const { return coarsely_; }
   /// Of the newest comparison, as a multiple of the threshold.
@@ -40,13 +41,16 @@ class Pair {
   [[nodiscard]] Duration agreement() const;
 
  private:
+  /// Of references, while they agree: five seconds, twelve, thirty (at the beginning ten).
+  static constexpr std::size_t ages = 3;
+
   void learn(const Witness& first, const Witness& second, Time at);
   void judge(Time at, const TestResult& result);
 
   int first_;
   int second_;
-  std::optional<Reference> recent_;   ///< five seconds old, while they agree
-  std::optional<Reference> earlier_;  ///< thirty seconds old, at the beginning ten
+  std::array<std::optional<Reference>, ages> learnt_;  ///< with what GPS taught of the biases
+  std::array<std::optional<Reference>, ages> prior_;   ///< without; of two sensors on the ground
   std::optional<Time> compared_;
   std::optional<Time> compared_before_;
   int exceeding_ = 0;  ///< in a row

@@ -10,6 +10,9 @@ constexpr Duration patience = milliseconds(4000);
 /// A series that begins, or goes on after a gap of the clock, does not begin earlier than this.
 constexpr Duration horizon = milliseconds(6000);
 constexpr Duration same_epoch = milliseconds(1);
+/// One fix a second, at whatever phase, is in one window and no more: receivers of other phases can be compared.
+constexpr Duration fix_step = milliseconds(1000);
+constexpr Duration fix_half = milliseconds(500);
 constexpr std::size_t raw_capacity = 512;
 constexpr std::size_t sample_capacity = 96;  // 48 s
 
@@ -26,8 +29,8 @@ double Sample::median_factor() const {
 
 SampleSeries::SampleSeries(double rate_hz, bool fixes)
     : period_(seconds(1 / rate_hz)),
-      half_(std::max(milliseconds(250), Duration{fixes ? 0 : period_.ns / 2})),
-      step_{grid_step.ns * std::max<std::int64_t>(1, fixes ? 1 : (period_.ns + grid_step.ns - 1) / grid_step.ns)},
+      half_(fixes ? fix_half : std::max(milliseconds(250), Duration{period_.ns / 2})),
+      step_{fixes ? fix_step : Duration{grid_step.ns * ((period_.ns + grid_step.ns - 1) / grid_step.ns)}},
       least_(fixes ? 1 : fewest(rate_hz)),
       fixes_(fixes),
       raw_(raw_capacity),

@@ -24,18 +24,19 @@ std::string name_of(SourceId source, const Judgement& judgement, const SourceTab
   return judgement.receiver.empty() ? "GPS" : "GPS " + std::string(judgement.receiver.view());
 }
 
-/// "goheung, jeju and GPS"; stations that relay a receiver count as GPS, once, unless `by_station`.
-std::string list(SourceSet set, const SourceTable& sources, bool by_station, int& entries) {
+/// "goheung, jeju and GPS"; stations that relay a receiver count as `receiver`, once; each by its name where that is
+/// empty.
+std::string list(SourceSet set, const SourceTable& sources, std::string_view receiver, int& entries) {
   std::vector<std::string> names;
   bool gps = false;
   for (SourceId id = 0; id < static_cast<SourceId>(sources.size()); ++id) {
     if (!contains(set, id)) continue;
-    if (sources[id].kind == SourceKind::Telemetry && !by_station)
+    if (sources[id].kind == SourceKind::Telemetry && !receiver.empty())
       gps = true;
     else
       names.emplace_back(sources[id].name.view());
   }
-  if (gps) names.emplace_back("GPS");
+  if (gps) names.emplace_back(receiver);
   entries = static_cast<int>(names.size());
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -57,7 +58,8 @@ std::string_view to_string(Finding finding) {
 std::string sentence(SourceId source, const Judgement& j, const SourceTable& sources) {
   int others = 0;
   const bool copy = j.why == Finding::DifferingCopy;
-  const std::string against = list(j.against, sources, copy, others);
+  const bool receives = sources[source].kind == SourceKind::Telemetry;
+  const std::string against = list(j.against, sources, copy ? "" : receives ? "another receiver" : "GPS", others);
   const std::string subject = name_of(source, j, sources);
   switch (j.why) {
     case Finding::None:
@@ -65,6 +67,7 @@ std::string sentence(SourceId source, const Judgement& j, const SourceTable& sou
     case Finding::CoarsePosition:
     case Finding::FinePosition: {
       std::string text = subject + " disagrees with " + against + " by " + distance(j.apart_m);
+      if (j.verdict == IntegrityVerdict::Ambiguous) return text + "; nothing tells who is right";
       if (others > 1) text += "; these agree within " + distance(j.agree_m);
       return text;
     }
@@ -72,6 +75,9 @@ std::string sentence(SourceId source, const Judgement& j, const SourceTable& sou
     case Finding::FineVelocity:
       return subject + " does not move as its own velocity says, by " + decimal(j.apart_m) + " m/s";
     case Finding::ImplausibleBias:
+      if (j.verdict == IntegrityVerdict::Ambiguous)
+        return "either " + subject + " or " + against + " is wrong: what one makes of the other is beyond belief, " +
+               distance(j.apart_m);
       return subject + " would have to be biased beyond what is configured, by " + distance(j.apart_m);
     case Finding::CommonBias:
       return subject + " disagrees with all radars in the same way, by " + distance(j.apart_m);

@@ -19,6 +19,7 @@ constexpr Duration recent = milliseconds(3000);
 /// A break with the own past belongs to a disagreement that began so near to it.
 constexpr Duration break_before = milliseconds(1000);
 constexpr Duration break_after = milliseconds(5000);
+constexpr double quiet_beside = 0.3;
 constexpr int odd_copies = 2;  // in a row: the station is named
 
 bool has(WitnessSet set, int witness) { return (set & only(witness)) != 0; }
@@ -58,7 +59,12 @@ double Judge::own_break_about(int witness, Time onset) const {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const integrity::Sample& sample = samples.newest(i);
     if (sample.epoch < onset - break_before) break;
-    if (sample.epoch <= onset + break_after) most = std::max(most, sample.own_break);
+    if (sample.epoch > onset + break_after) continue;
+    // A break that goes on is a reference track whose velocity is wrong.
+    const double quiet = quiet_beside * sample.own_break;
+    const bool went_on = i + 1 < samples.size() && samples.newest(i + 1).own_break > quiet;
+    const bool goes_on = i > 0 && samples.newest(i - 1).own_break > quiet;
+    if (!went_on && !goes_on) most = std::max(most, sample.own_break);
   }
   return most;
 }
@@ -104,11 +110,6 @@ Accusation Judge::accuse(Evidence evidence, WitnessSet innocent) {
       c.impossible = integrity::impossible(witnesses_[static_cast<std::size_t>(w)]);
       c.distrust = distrust(w);
     }
-    if (!s.bias_disputed) continue;
-    for (int r = 0; r < static_cast<int>(witnesses_.size()); ++r) {
-      if (witnesses_[static_cast<std::size_t>(r)].is_receiver() && active(r))
-        edges_.push_back({.first = r, .second = w, .fails = true, .doubt = 0});
-    }
   }
   return integrity::identify(edges_, characters_, alone, innocent, named);
 }
@@ -132,6 +133,11 @@ void Judge::decide(Time epoch, WitnessSet innocent) {
     if (tie_stands) named = accuse(Evidence::FailingAndCharacter, innocent);
   } else {
     tied_since_.reset();
+  }
+  const WitnessSet disputed = disputed_ & ~named.guilty & ~innocent;
+  if (disputed != 0 && named.guilty == 0) {
+    named.tied |= disputed;
+    tie_stands = tie_stands || tied_since_ == std::nullopt;
   }
   const Accusation suspected = accuse(Evidence::Doubtful, innocent);
   for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
@@ -203,7 +209,9 @@ void Judge::describe(int witness) {
     onset = onset ? std::min(*onset, p.onset()) : p.onset();
   }
   const Finding alone = guilty_alone(witness);
-  if (alone == Finding::None && against == 0) return;  // what was said of it before stands as long as its verdict does
+  const bool disputed = has(disputed_, witness);
+  if (alone == Finding::None && against == 0 && !disputed)
+    return;  // what was said of it before stands as long as its verdict does
   j.against = against;
   j.apart_m = apart_m;
   j.why = coarsely ? Finding::CoarsePosition : Finding::FinePosition;
@@ -213,7 +221,16 @@ void Judge::describe(int witness) {
                            witnesses_[static_cast<std::size_t>(p.second())].sources;
     if (p.compared() && (both & ~against) == 0) j.agree_m = std::max(j.agree_m, p.apart_m());
   }
-  if (alone != Finding::None) {
+  if (alone == Finding::None && against == 0) {
+    j.why = Finding::ImplausibleBias;
+    j.apart_m = s.bias.apart_m;
+    onset = s.bias.calm_at;
+    for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
+      const bool one_receives = witnesses_[static_cast<std::size_t>(w)].is_receiver() !=
+                                witnesses_[static_cast<std::size_t>(witness)].is_receiver();
+      if (has(disputed_, w) && one_receives) j.against |= witnesses_[static_cast<std::size_t>(w)].sources;
+    }
+  } else if (alone != Finding::None) {
     j.why = alone;
     const bool velocity = alone == Finding::CoarseVelocity;
     const bool pad = alone == Finding::OffPad;
@@ -252,12 +269,18 @@ void Judge::publish() {
   for (std::size_t w = 0; w < ground; ++w) judgements_[w] = standing_[w].judgement;
   for (std::size_t id = ground; id < judgements_.size(); ++id) {
     const Judgement* kindest = nullptr;
+    const Judgement* worst = nullptr;
     for (std::size_t w = ground; w < witnesses_.size(); ++w) {
       if (!contains(witnesses_[w].sources, static_cast<int>(id))) continue;
       const Judgement& j = standing_[w].judgement;
       if (kindest == nullptr || severity(j.verdict) < severity(kindest->verdict)) kindest = &j;
+      if (worst == nullptr || severity(j.verdict) > severity(worst->verdict)) worst = &j;
     }
-    if (kindest != nullptr) judgements_[id] = *kindest;
+    if (worst != nullptr) {
+      judgements_[id] = *worst;
+      const bool all = kindest->verdict == IntegrityVerdict::Excluded;
+      if (worst->verdict == IntegrityVerdict::Excluded && !all) judgements_[id].verdict = IntegrityVerdict::Suspect;
+    }
     const Judgement& own = stations_[id].judgement;
     if (severity(own.verdict) > severity(judgements_[id].verdict)) judgements_[id] = own;
   }

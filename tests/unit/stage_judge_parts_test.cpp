@@ -1,0 +1,257 @@
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "../support/small_range.hpp"
+#include "stage/integrity/bias_test.hpp"
+#include "stage/integrity/copies.hpp"
+#include "stage/integrity/fine_test.hpp"
+#include "stage/integrity/identification.hpp"
+#include "stage/integrity/judge.hpp"
+#include "stage/integrity/own_past.hpp"
+
+namespace downrange::integrity {
+namespace {
+
+using test::deg;
+using test::liftoff;
+
+// Witnesses of the identification tests: a receiver and two or three radars.
+constexpr int gps = 0;
+constexpr int first = 1;
+constexpr int second = 2;
+
+Edge fails(int a, int b) { return {.first = a, .second = b, .fails = true, .doubt = 0}; }
+Edge passes(int a, int b, double doubt = 0.1) { return {.first = a, .second = b, .fails = false, .doubt = doubt}; }
+
+TEST(Identification, TheOneThatAllDisagreeWithIsNamed) {
+  const std::vector<Edge> edges{fails(gps, first), fails(gps, second), passes(first, second)};
+  const std::vector<Character> characters(3);
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(gps));
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).tied, 0u);
+}
+
+TEST(Identification, WhereNothingFailsNobodyIsNamed) {
+  const std::vector<Edge> edges{passes(gps, first, 0.9), passes(first, second, 0.9)};
+  EXPECT_EQ(identify(edges, std::vector<Character>(3), 0, 0, 0).guilty, 0u);
+}
+
+TEST(Identification, TwoThatDisagreeAreTied) {
+  const std::vector<Edge> edges{fails(gps, first)};
+  const Accusation accusation = identify(edges, std::vector<Character>(2), 0, 0, 0);
+  EXPECT_EQ(accusation.guilty, 0u);
+  EXPECT_EQ(accusation.tied, only(gps) | only(first));
+}
+
+TEST(Identification, AThirdThatDoubtsOneOfTwoDecides) {
+  const std::vector<Edge> edges{fails(gps, first), passes(gps, second, 0.1), passes(first, second, 0.8)};
+  EXPECT_EQ(identify(edges, std::vector<Character>(3), 0, 0, 0).guilty, only(first));
+}
+
+TEST(Identification, WhoBrokeWithItsOwnPastDecidesATie) {
+  std::vector<Character> characters(2);
+  characters[gps].own_break = 5;
+  characters[first].own_break = 0.4;
+  const std::vector<Edge> edges{fails(gps, first)};
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(gps));
+  characters[first].own_break = 4;  // both: nothing follows
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, 0u);
+}
+
+TEST(Identification, PhysicsThenNominalThenTrustDecideInThisOrder) {
+  const std::vector<Edge> edges{fails(gps, first)};
+  std::vector<Character> characters(2);
+  characters[first].distrust = 1;
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(first));
+  characters[gps].off_nominal = 2;
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(gps));
+  characters[first].impossible = true;
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(first));
+}
+
+TEST(Identification, AForcedWitnessIsNeverNamed) {
+  const std::vector<Edge> edges{fails(gps, first), fails(gps, second), passes(first, second)};
+  EXPECT_EQ(identify(edges, std::vector<Character>(3), 0, only(gps), 0).guilty, only(first) | only(second));
+}
+
+TEST(Identification, TwoLiarsAmongFourAreBothNamed) {
+  const int third = 3;
+  const int fourth = 4;
+  const std::vector<Edge> edges{
+      fails(gps, first),   fails(gps, second),   fails(gps, third),     fails(gps, fourth),     fails(first, second),
+      fails(first, third), fails(first, fourth), passes(second, third), passes(second, fourth), passes(third, fourth)};
+  EXPECT_EQ(identify(edges, std::vector<Character>(5), 0, 0, 0).guilty, only(gps) | only(first));
+}
+
+Fix fix_at(double east_m) {
+  Fix fix;
+  fix.position = test::pad().ecef_of({{east_m, 0, 0}});
+  fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
+  return fix;
+}
+
+TEST(Copies, ThreeNameTheOddOneWhateverCameFirst) {
+  for (int odd = 0; odd < 3; ++odd) {
+    Copies copies;
+    const Copies::Message* message = nullptr;
+    for (int station = 0; station < 3; ++station)
+      message = &copies.note(station, liftoff, fix_at(station == odd ? 30 : 0.05));
+    const Copies::Odd result = copies.odd(*message, {});
+    EXPECT_EQ(result.stations, set_of(odd));
+    EXPECT_EQ(result.disputed, 0u);
+    EXPECT_NEAR(result.apart_m, 30, 0.1);
+  }
+}
+
+TEST(Copies, TwoThatDifferAreDisputedUntilOneIsWhereTheTargetIs) {
+  Copies copies;
+  static_cast<void>(copies.note(0, liftoff, fix_at(0)));
+  const Copies::Message& message = copies.note(1, liftoff + milliseconds(1), fix_at(5000));
+  EXPECT_EQ(copies.odd(message, {}).disputed, set_of(0) | set_of(1));
+  EXPECT_EQ(copies.odd(message, test::pad().ecef_of({{40, 0, 0}})).stations, set_of(1));
+  EXPECT_EQ(copies.odd(message, test::pad().ecef_of({{2000, 0, 0}})).stations, 0u);
+}
+
+TEST(Copies, TheWiresQuantumIsNoDifference) {
+  Copies copies;
+  static_cast<void>(copies.note(0, liftoff, fix_at(0)));
+  EXPECT_EQ(copies.odd(copies.note(1, liftoff, fix_at(0.09)), {}).disputed, 0u);
+}
+
+LearntBias learnt(int witness, double time_tag_sigmas, double ignorance = 0.1) {
+  LearntBias b;
+  b.witness = witness;
+  b.ignorance.fill(ignorance);
+  const auto term = static_cast<std::size_t>(BiasTerm::TimeTag);
+  b.excess[term] = time_tag_sigmas;
+  b.plausibility = {.ratio = time_tag_sigmas * time_tag_sigmas / 240,
+                    .block = BiasBlock::Time,
+                    .value = time_tag_sigmas,
+                    .term = BiasTerm::TimeTag};
+  b.implausible = b.plausibility.ratio >= 1;
+  b.displacement = {100 * time_tag_sigmas, 0, 0};
+  return b;
+}
+
+TEST(BiasTest, TheSameClockErrorInAllRadarsIsTheReceivers) {
+  const std::vector<LearntBias> radars{learnt(0, 45), learnt(1, 47)};
+  EXPECT_TRUE(blame(radars).receivers);
+  EXPECT_EQ(blame(radars).radars, 0u);
+}
+
+TEST(BiasTest, AClockErrorOfOneRadarIsItsOwn) {
+  const std::vector<LearntBias> radars{learnt(0, 45), learnt(1, 0.3)};
+  EXPECT_FALSE(blame(radars).receivers);
+  EXPECT_EQ(blame(radars).radars, only(0));
+}
+
+TEST(BiasTest, WhereTheOtherRadarKnowsNothingYetNobodyIsBlamed) {
+  const std::vector<LearntBias> radars{learnt(0, 45), learnt(1, 0, 0.95)};
+  EXPECT_FALSE(blame(radars).receivers);
+  EXPECT_EQ(blame(radars).radars, 0u);
+  EXPECT_EQ(blame(radars).disputed, only(0));
+}
+
+TEST(BiasTest, APosteriorFarBeyondItsPriorIsImplausible) {
+  const BiasModel prior = bias_model({BiasBlock::Polar, BiasBlock::Time});
+  BiasEstimate bias;
+  bias.reference = BiasReference::Gps;
+  bias.samples = 500;
+  bias.terms = 1;
+  bias.term[0] = BiasTerm::TimeTag;
+  bias.cov(0, 0) = 1e-6;
+  bias.value[0] = 0.3;  // fifteen prior sigmas
+  EXPECT_LT(BiasTest()(prior, bias).plausibility.ratio, 1);
+  bias.value[0] = 0.32;
+  EXPECT_GT(BiasTest()(prior, bias).plausibility.ratio, 1);
+  bias.reference = BiasReference::CrossRadar;  // it was not a receiver that taught it
+  EXPECT_EQ(BiasTest()(prior, bias).plausibility.ratio, 0);
+}
+
+/// A radar and a receiver that sampled a vehicle at one instant.
+struct Two {
+  Two() : all(witnesses_of(test::small_range(), 1)), radar(all[0]), receiver(all[2]) {
+    motion.head<3>() = test::vehicle_at(60).m;
+    receiver_sample = sample(motion.head<3>());
+    const Polar q = polar_from_enu(radar.model.site.enu_of(test::vehicle_at(60)));
+    radar_sample = sample({q.range_m, q.azimuth_rad, q.elevation_rad});
+  }
+  Sample sample(const Vec<3>& z) const {
+    Sample s;
+    s.epoch = liftoff + seconds(60);
+    s.z = z;
+    s.motion = motion;
+    s.measurements = 5;
+    s.sigma_horizontal_m = 5;
+    s.sigma_vertical_m = 8;
+    return s;
+  }
+  std::vector<Witness> all;
+  Witness& radar;
+  Witness& receiver;
+  Vec<9> motion = Vec<9>::Zero();
+  Sample radar_sample;
+  Sample receiver_sample;
+  Threshold threshold;
+};
+
+TEST(CoarseTest, AgreesWithinThePriorsAndSeesASign) {
+  Two two;
+  two.radar_sample.z[0] += 100;
+  two.radar_sample.z[2] += 0.2 * deg;
+  EXPECT_LT(coarse_test(two.receiver, two.receiver_sample, two.radar, two.radar_sample, two.threshold).ratio, 0.2);
+  two.radar_sample.z[1] = -two.radar_sample.z[1];
+  EXPECT_GT(coarse_test(two.receiver, two.receiver_sample, two.radar, two.radar_sample, two.threshold).ratio, 1);
+}
+
+TEST(Difference, OfTwoRadarsIsThatOfTheirPositionsByBothLinearisations) {
+  Two two;
+  Witness& other = two.all[1];
+  const Polar q = polar_from_enu(other.model.site.enu_of(test::vehicle_at(60)));
+  const Sample b = two.sample({q.range_m, q.azimuth_rad, q.elevation_rad});
+  BiasVector bias = BiasVector::Zero();
+  const auto none = difference(two.radar, two.radar_sample, bias, other, b, BiasVector::Zero());
+  ASSERT_TRUE(none);
+  EXPECT_NEAR(none->d.cwiseProduct(none->to_metres).norm(), 0, 1e-5);
+  // A small bias of the first moves the difference as its Jacobian says.
+  for (const BiasTerm term : {BiasTerm::OffsetRange, BiasTerm::OffsetAzimuth, BiasTerm::OffsetEast}) {
+    const auto k = static_cast<Eigen::Index>(term);
+    const double step = term == BiasTerm::OffsetAzimuth ? 1e-6 : 0.1;
+    bias.setZero();
+    bias[k] = step;
+    const auto moved = difference(two.radar, two.radar_sample, bias, other, b, BiasVector::Zero());
+    ASSERT_TRUE(moved);
+    const Vec<3> expected = none->by_first.col(k) * step;
+    EXPECT_LT((moved->d - none->d - expected).cwiseProduct(none->to_metres).norm(),
+              1e-3 * expected.cwiseProduct(none->to_metres).norm());
+  }
+}
+
+TEST(Sentence, SaysWhoAgainstWhomAndHowFar) {
+  const SourceTable sources(test::small_range());
+  Judgement j;
+  EXPECT_EQ(sentence(2, j, sources), "");
+  j.verdict = IntegrityVerdict::Excluded;
+  j.why = Finding::FinePosition;
+  j.against = set_of(0) | set_of(1);
+  j.apart_m = 5040;
+  j.agree_m = 12.4;
+  EXPECT_EQ(sentence(2, j, sources), "GPS disagrees with goheung and jeju by 5.0 km; these agree within 12 m");
+  j.against = set_of(1) | set_of(2) | set_of(3);
+  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju and GPS by 5.0 km; these agree within 12 m");
+  j.against = set_of(1);
+  j.apart_m = 7.25;
+  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju by 7.3 m");
+  j.verdict = IntegrityVerdict::Ambiguous;
+  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju by 7.3 m; nothing tells who is right");
+  j.why = Finding::DifferingCopy;
+  j.against = set_of(2);
+  j.apart_m = 20;
+  EXPECT_EQ(sentence(3, j, sources), "jeju-tgs relays another fix than goheung-tgs, 20 m off");
+  j.why = Finding::OffPad;
+  j.apart_m = 28;
+  EXPECT_EQ(sentence(2, j, sources), "GPS is 28 m off the pad");
+}
+
+}  // namespace
+}  // namespace downrange::integrity
