@@ -1,5 +1,6 @@
 #include "sim/launch_trajectory.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <downrange/geo/earth.hpp>
