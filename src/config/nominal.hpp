@@ -17,8 +17,8 @@ inline constexpr std::size_t max_nominal_samples = 20'000;
 
 /// What a file is read by.
 struct NominalFormat {
-  std::vector<std::string> columns;  ///< names of the file's columns in their order; empty: its first line has them
-  std::string object;                ///< the rows to take, where a column `object` tells several apart
+  std::vector<std::string> columns{};  ///< names of the file's columns in their order; empty: its first line has them
+  std::string object{};                ///< the rows to take, where a column `object` tells several apart
 };
 
 /// A problem of the file's line; 0: of the file as a whole.
