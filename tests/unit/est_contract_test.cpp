@@ -118,7 +118,7 @@ TEST_P(EveryMethod, PlotsThatLackAPartAreUsedOrPassedOver) {
   const TrackEstimate a = *with->fused(0, end);
   const TrackEstimate b = *without->fused(0, end);
   if (GetParam().partial_plots) {
-    EXPECT_LT(a.cov.topLeftCorner<3, 3>().trace(), b.cov.topLeftCorner<3, 3>().trace());
+    EXPECT_LT((a.cov.topLeftCorner<3, 3>().trace()), (b.cov.topLeftCorner<3, 3>().trace()));
     EXPECT_GT(with->account(2).accepted, 600u);
   } else {
     EXPECT_EQ(a.mean, b.mean);
