@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "score/errors.hpp"
 #include "score_testing.hpp"
 
 namespace downrange::score {
