@@ -157,9 +157,8 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
     runs[selected].mask = all & ~excluded;
     for (std::size_t i = 0; i < runs.size(); ++i) {
       chains[i].sources = runs[i].mask;
-      chains[i].estimate.reset();
-      const bool young = t - runs[i].methods->newest()[0] <= milliseconds(5000);
-      if (young) chains[i].estimate = runs[i].methods->primary().fused(0, t);
+      chains[i].estimate = runs[i].methods->primary().fused(0, t);
+      if (chains[i].estimate && t - chains[i].estimate->data_epoch > milliseconds(5000)) chains[i].estimate.reset();
     }
     for (std::size_t r = 0; r < biases.size(); ++r)
       biases[r] = runs[selected].methods->primary().bias(static_cast<int>(r));
