@@ -11,7 +11,9 @@ constexpr Duration middle_lag = milliseconds(12'000);
 constexpr Duration long_lag = milliseconds(30'000);
 constexpr Duration least_long_lag = milliseconds(10'000);
 constexpr Duration span = milliseconds(6000);  // that a reference is gathered from
-constexpr int in_a_row = 3;                    // from `noticed` on, the last of them beyond the threshold
+/// Of agreement with the biases that GPS taught, after which these count between two sensors on the ground.
+constexpr Duration long_proven = milliseconds(60'000);
+constexpr int in_a_row = 3;  // from `noticed` on, the last of them beyond the threshold
 constexpr double noticed = 0.7;
 /// Two in a row are enough where both are this far beyond the threshold and alike.
 constexpr int gross_in_a_row = 2;
@@ -49,13 +51,20 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
     const TestResult steady = steady_test(first, second, a.epoch, threshold);
     if (steady.ratio > worst.ratio) worst = steady;
   }
+  if (!compared_) taught_well_since_ = a.epoch;
+  const bool proven = fails_ || exceeding_ > 0 ? proven_ : a.epoch - taught_well_since_ >= long_proven;
+  proven_ = proven;
   for (std::size_t i = 0; i < ages; ++i) {
     if (!learnt_[i]) continue;
     TestResult fine = fine_test(first, a, second, b, *learnt_[i], threshold);
-    // A receiver that lies taught the sensors their biases: what these make of each other is not held against them.
-    if (prior_[i] && fine.ratio > worst.ratio) {
+    // A receiver that lies taught the sensors their biases: what these make of each other is not held against them,
+    // unless they agreed with it for long.
+    if (prior_[i] && fine.ratio >= calm && !proven) {
       const TestResult untaught = fine_test(first, a, second, b, *prior_[i], threshold);
-      if (untaught.ratio < fine.ratio) fine = untaught;
+      if (untaught.ratio < fine.ratio) {
+        fine = untaught;
+        taught_well_since_ = a.epoch;
+      }
     }
     if (fine.ratio > worst.ratio) worst = fine;
   }

@@ -61,7 +61,9 @@ class Pair {
   double value_before_ = 0;
   double apart_m_ = 0;
   Vec<3> whitened_ = Vec<3>::Zero();
-  Time calm_;  ///< newest instant of little doubt
+  Time taught_well_since_;  ///< what GPS taught of their biases explains how they differ
+  bool proven_ = false;     ///< and did so for long
+  Time calm_;               ///< newest instant of little doubt
   Time onset_;
   Time agrees_since_;
   Time not_before_;  ///< what was sampled while they disagreed is no measure
