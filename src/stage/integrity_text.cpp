@@ -2,7 +2,7 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <string>
 #include <vector>
 
 namespace downrange {
@@ -19,6 +19,13 @@ std::string list(const std::vector<std::string>& names) {
   }
   return text;
 }
+
+std::string one_decimal(double not_negative) {
+  const std::int64_t tenths = std::llround(not_negative * 10);
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10);
+}
+
+std::string two_digits(std::int64_t n) { return (n < 10 ? "0" : "") + std::to_string(n); }
 
 std::string by(const Name& who) { return who.empty() ? "" : " by " + text_of(who); }
 
@@ -37,26 +44,20 @@ std::string_view to_string(Finding finding) {
 }
 
 std::string mission_time(Time t, std::optional<Time> liftoff) {
-  char text[32];
   if (liftoff) {
     const double s = (t - *liftoff).seconds();
-    std::snprintf(text, sizeof text, "T%c%.1f", s < 0 ? '-' : '+', std::abs(s));
-  } else {
-    const std::int64_t day_s = (t.ns / 1'000'000'000) % 86'400;
-    std::snprintf(text, sizeof text, "%02d:%02d:%02d", static_cast<int>(day_s / 3600),
-                  static_cast<int>(day_s / 60 % 60), static_cast<int>(day_s % 60));
+    return (s < 0 ? "T-" : "T+") + one_decimal(std::abs(s));
   }
-  return text;
+  const std::int64_t day_s = (t.ns / 1'000'000'000) % 86'400;
+  return two_digits(day_s / 3600) + ":" + two_digits(day_s / 60 % 60) + ":" + two_digits(day_s % 60);
 }
 
 std::string distance_text(double m) {
-  char text[32];
-  if (std::abs(m) < 1000) {
-    std::snprintf(text, sizeof text, std::abs(m) < 10 ? "%.1f m" : "%.0f m", m);
-  } else {
-    std::snprintf(text, sizeof text, "%.1f km", m / 1000);
-  }
-  return text;
+  if (!(std::abs(m) < 1e15)) return "very far";
+  const std::string sign = m < 0 ? "-" : "";
+  if (std::abs(m) < 10) return sign + one_decimal(std::abs(m)) + " m";
+  if (std::abs(m) < 1000) return sign + std::to_string(std::llround(std::abs(m))) + " m";
+  return sign + one_decimal(std::abs(m) / 1000) + " km";
 }
 
 std::string sentence(const Integrity& record, std::size_t source) {
