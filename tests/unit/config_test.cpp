@@ -341,9 +341,9 @@ TEST(Methods, BadSettingsSayWhatIsAllowed) {
   for (const Kinematics k : all_kinematics)
     kinematics += (kinematics.empty() ? "\"" : " or \"") + std::string(to_string(k)) + '"';
   const std::vector<std::tuple<std::string, std::string, std::string>> bad{
-      {"align.gps.error_states", "1", "true or false"},
-      {"align.gps.error_sigma_m", "0", "a number from 0.001 to 10000 m"},
-      {"align.gps.error_tau_s", "0", "a number from 0.1 to 100000 s"},
+      {"align.gps_error_states", "1", "true or false"},
+      {"align.gps_error_sigma_m", "0", "a number from 0.001 to 10000 m"},
+      {"align.gps_error_tau_s", "0", "a number from 0.1 to 100000 s"},
       {"align.gps_reference", "guess", R"("predict" or "smooth")"},
       {"align.smooth_fixes", "0", "a whole number from 1 to 9"},
       {"align.smooth_fixes", "10", "a whole number from 1 to 9"},

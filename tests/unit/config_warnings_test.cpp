@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(
         Cancelled{"[gps]\nuse_velocity = false\nsigma_velocity_m_s = 1\n",
                   "gps.sigma_velocity_m_s: has no effect: use_velocity is false"},
         Cancelled{"[align]\ngps_error_states = false\ngps_error_tau_s = 5\n",
-                  "align.gps.error_tau_s: has no effect: gps_error_states is false"},
+                  "align.gps_error_tau_s: has no effect: gps_error_states is false"},
         Cancelled{"[align]\nsmooth_fixes = 3\n", "align.smooth_fixes: has no effect: gps_reference is \"predict\""},
         Cancelled{"[align]\nno_gps = false\nno_gps_wander_deg = 0.1\n",
                   "align.no_gps_wander_deg: has no effect: no_gps is false"},

@@ -77,7 +77,7 @@ Scene draw_scene(std::uint64_t seed, int targets, double duration_s) {
     b.setZero();
     b.segment<6>(static_cast<int>(BiasTerm::OffsetRange)) << 25 * normal(rng),
         s.settings.gps.no_gps.angle_prior_rad * normal(rng), s.settings.gps.no_gps.angle_prior_rad * normal(rng),
-        1e-4 * normal(rng), 1e-3 * normal(rng), 1e-3 * normal(rng);
+        1e-4 / 4 * normal(rng), 1e-3 / 4 * normal(rng), 1e-3 / 4 * normal(rng);
   }
   const MotionModel motion{.noise = MotionModel::Noise::WhiteJerk, .q = 0.1, .gravity_aware = false};
   const double dt = 0.5;

@@ -76,7 +76,7 @@ TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   EXPECT_NE(text.find("    5.0    5.0    5.0  100"), std::string::npos) << text;
   EXPECT_NE(text.find("goheung"), std::string::npos);
   EXPECT_NE(text.find("dish"), std::string::npos);
-  EXPECT_NE(text.find("91.5 %   91.5 %        1 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("91.5 %    0-100   91.5 %        1 s"), std::string::npos) << text;
   EXPECT_NE(text.find("rejected: unknown_source 1, simulated_mismatch 1"), std::string::npos) << text;
 
   const auto json = nlohmann::json::parse(format_json(scorer.summary()));

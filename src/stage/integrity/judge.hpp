@@ -33,9 +33,6 @@ struct ChainState {
   [[nodiscard]] bool single() const { return count(sources) == 1; }
 };
 
-/// "coarse_position", ...
-[[nodiscard]] std::string_view to_string(Finding finding);
-
 /// Of one source.
 struct Judgement {
   IntegrityVerdict verdict = IntegrityVerdict::Agrees;

@@ -48,13 +48,6 @@ std::string list(SourceSet set, const SourceTable& sources, std::string_view rec
 
 }  // namespace
 
-std::string_view to_string(Finding finding) {
-  static constexpr std::array<std::string_view, 10> names{
-      "none",        "coarse_position", "coarse_velocity", "fine_position", "fine_velocity", "implausible_bias",
-      "common_bias", "differing_copy",  "off_pad",         "impossible"};
-  return names.at(static_cast<std::size_t>(finding));
-}
-
 std::string sentence(SourceId source, const Judgement& j, const SourceTable& sources) {
   int others = 0;
   const bool copy = j.why == Finding::DifferingCopy;
