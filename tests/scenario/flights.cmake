@@ -12,3 +12,5 @@ downrange_script_test(live_flight_test live_flight_test.sh TIMEOUT 300 TARGETS d
                       ARGS $<TARGET_FILE_DIR:downrange> $<TARGET_FILE_DIR:downranged> ${PROJECT_SOURCE_DIR} 171)
 downrange_script_test(report_test report_test.sh TIMEOUT 120 TARGETS downrange
                       ARGS $<TARGET_FILE_DIR:downrange> ${PROJECT_SOURCE_DIR})
+downrange_script_test(scenario_faults_test faults_test.sh TIMEOUT 600 TARGETS downrange
+                      ARGS $<TARGET_FILE_DIR:downrange> ${PROJECT_SOURCE_DIR})

@@ -49,7 +49,7 @@ TEST(IntegrityText, EveryVerdictHasItsWord) {
   r.sources[0].against = 0b110;
   r.sources[0].apart_m = 8.25;
   EXPECT_EQ(sentence(r, 0),
-            "goheung disagrees with jeju and jeju-tgs by 8.2 m; which of them is right cannot be told (implausible "
+            "goheung disagrees with jeju and jeju-tgs by 8.3 m; which of them is right cannot be told (implausible "
             "bias)");
 }
 

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# `downrange experiment faults` on twelve scenarios that must be as expected, one seed each; that its alarm rings: an expectation that
+# cannot be met, and a catalogue that is wrong; and that a fault put into a recorded flight is the fault put into the simulated one.
+# usage: faults_test.sh DOWNRANGE_DIR SOURCE_DIR
+set -uo pipefail
+
+downrange=$1/downrange
+source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failures=0
+
+fail() {
+  echo "FAILED: $1"
+  sed 's/^/    /' <<< "$2" | tail -60
+  failures=$((failures + 1))
+}
+
+# A comma-separated list. As the service learns to arbitrate, the harder ones move up here.
+twelve=gps-frozen@150/2,gps-step-5000@150/2,gps-ramp-20@150/3,gps-velocity-sign@150/2,radar-lost@150/2,all-lost@290/2,feet@150/2,azimuth-sign@290/3,side-lobe@150/2
+twelve+=,radar-clock-1-slow@290/2,spent-stage-100@150/2,outliers-5-percent@290/2
+
+output=$("$downrange" experiment faults --only "$twelve" --runs 1 --json "$work/faults.json" --html "$work/faults.html" 2>&1) ||
+  fail "the twelve are not as expected" "$output"
+grep -q '12.00' <<< "$(grep 'scenarios flown' <<< "$output")" || fail "not twelve were flown" "$output"
+grep -q '"expected": "met' "$work/faults.json" || fail "the JSON does not say what was met" "$(head -c 2000 "$work/faults.json")"
+[ "$(grep -c '<figure' "$work/faults.html")" -ge 12 ] || fail "the page has no plots" ""
+
+# A limit that cannot be held.
+faults=$source/tools/scenarios/faults
+cat > "$work/strict.toml" << EOF
+scenario = "$faults/launch.toml"
+range = "$faults/range.toml"
+[[fault]]
+name = "strict"
+what = "GPS jumps by 5 km"
+begin_s = [90.0]
+lasts_s = 10
+liars = ["gps"]
+[[fault.do]]
+kind = "displace"
+sources = ["gps"]
+east_m = 5000
+[fault.expect]
+error_m = 0.001
+EOF
+status=0
+output=$("$downrange" experiment faults --faults "$work/strict.toml" --runs 1 2>&1) || status=$?
+[ "$status" = 1 ] && grep -q 'strict@90.0/2: worst [0-9]* m, allowed 0.001 m' <<< "$output" ||
+  fail "an expectation that cannot be met: exit $status" "$output"
+
+sed -i 's/kind = "displace"/kind = "misplace"/' "$work/strict.toml"
+status=0
+output=$("$downrange" experiment faults --faults "$work/strict.toml" 2>&1) || status=$?
+[ "$status" != 0 ] && grep -q 'strict.toml:10: fault.do.kind: "misplace" is no fault' <<< "$output" ||
+  fail "a catalogue that is wrong: exit $status" "$output"
+
+# Into the flight as it is simulated, or into its archive: the same flight.
+sed -e "s/^end_s = .*/end_s = 120/" -e "s/to_s = 480/to_s = 120/" "$faults/launch.toml" > "$work/launch.toml"
+fault=(--faults "$faults/catalogue.toml" --fault gps-ramp-20 --fault-begin 30)
+output=$("$downrange" simulate "$faults/range.toml" --scenario "$work/launch.toml" --archive "$work/healthy.mcap" 2>&1 &&
+  "$downrange" simulate "$faults/range.toml" --scenario "$work/launch.toml" "${fault[@]}" --archive "$work/faulty.mcap" 2>&1 &&
+  "$downrange" replay "$work/healthy.mcap" "${fault[@]}" --out "$work/a.mcap" 2>&1 &&
+  "$downrange" replay "$work/faulty.mcap" --out "$work/b.mcap" 2>&1 &&
+  "$downrange" replay "$work/healthy.mcap" --out "$work/c.mcap" 2>&1 &&
+  "$downrange" diff "$work/a.mcap" "$work/b.mcap" 2>&1) || fail "a fault over a recorded flight is not the simulated one" "$output"
+"$downrange" diff "$work/a.mcap" "$work/c.mcap" > /dev/null 2>&1 && fail "the fault changed nothing" ""
+
+[ "$failures" -eq 0 ] && echo "faults: the twelve are as expected, and the alarms ring"
+exit $((failures > 0))
