@@ -19,6 +19,7 @@ inline RangeConfig make_range() {
   range.fuse.methods = {"song2015"};
   range.targets = {{"kslv"}};
   RadarConfig radar;
+  radar.sigma = {10, 1e-3, 1e-3};
   radar.id = "goheung";
   radar.site = Site({34.4450 * deg, 127.5200 * deg, 120});
   range.radars = {radar};
