@@ -135,14 +135,14 @@ TEST_F(DaemonProcess, ReloadTakesTheLogLevelAndNamesTheRest) {
   Daemon daemon(folder_.path(), {"--config", config, "--domain", "147"}, {{{"NOTIFY_SOCKET", manager.path()}}, {}});
   ASSERT_TRUE(eventually([&] { return manager.count("READY=1") == 1; })) << daemon.log();
 
-  static_cast<void>(write_config("coast_ms = 5000", "coast_ms = 6000"));
+  static_cast<void>(write_config("coast_sigma_max_m = 5000", "coast_sigma_max_m = 6000"));
   daemon.signal(SIGHUP);
-  EXPECT_TRUE(daemon.logs("reload: slave.coast_ms changes only with a restart")) << daemon.log();
+  EXPECT_TRUE(daemon.logs("reload: slave.coast_sigma_max_m changes only with a restart")) << daemon.log();
   EXPECT_TRUE(daemon.logs("reload: done, 1 changed keys need a restart")) << daemon.log();
 
-  static_cast<void>(write_config("coast_ms = 5000", "coast_ms = \"long\""));
+  static_cast<void>(write_config("coast_sigma_max_m = 5000", "coast_sigma_max_m = \"long\""));
   daemon.signal(SIGHUP);
-  EXPECT_TRUE(daemon.logs("slave.coast_ms: found \"long\" (text)")) << daemon.log();
+  EXPECT_TRUE(daemon.logs("slave.coast_sigma_max_m: found \"long\" (text)")) << daemon.log();
   EXPECT_TRUE(daemon.logs("reload: refused")) << daemon.log();
   EXPECT_TRUE(eventually([&] { return manager.count("READY=1") == 3; })) << daemon.log();
 
