@@ -16,8 +16,8 @@ double sigma_on_sky(const SlavingCommand& command) {
   return std::hypot(command.sigma_azimuth_rad * std::cos(command.elevation_rad), command.sigma_elevation_rad);
 }
 
-/// What a source's health says against it: rejected, or at odds with its model. Silence, or an operator's order, accuses
-/// nobody.
+/// What a source's health says against it: rejected, or at odds with its model. Silence, or an operator's order,
+/// accuses nobody.
 bool accuses(const SourceHealth& health) {
   const bool rejected = health.why == Disqualification::Rejected || health.why == Disqualification::Excluded;
   return health.mismatch || health.suspect || (!health.qualified && rejected);

@@ -247,10 +247,10 @@ TEST_F(ImportTable, RowsOutOfOrderAreSortedOnRequest) {
   const std::string csv =
       "time,recv,rng,az,el\n11.0,11.05,12301.0,120.10,10.20\n10.5,10.55,12150.5,120.05,10.10\n10.0,10.05,12000,120,"
       "10\n";
-  EXPECT_EQ(
-      refused(csv, mapping()),
-      "r.csv: the rows are newest first (2 of 2 steps back in time, the first at line 3); write sort = true to sort the "
-      "rows, or sort = false to take them as they stand");
+  EXPECT_EQ(refused(csv, mapping()),
+            "r.csv: the rows are newest first (2 of 2 steps back in time, the first at line 3); write sort = true to "
+            "sort the "
+            "rows, or sort = false to take them as they stand");
   expect_plots(csv, mapping("sort = true"));
   EXPECT_EQ(radars().at(0).sequence, 1u) << "numbered as sorted";
   const std::string late = with(columns_, "{field = \"received\", unit = \"s\"}", "\"ignore\"");

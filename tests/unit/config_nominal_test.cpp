@@ -129,8 +129,9 @@ TEST_F(NominalKey, ProblemsNameFileAndLine) {
       std::string::npos);
   write("t_s,x_m,y_m,z_m\n0,6400000,0,0\n1,x,0,0\n");
   EXPECT_NE(problem_with("nominal = \"plan.csv\"").find("plan.csv:3: x_m: 'x' is not a number"), std::string::npos);
-  EXPECT_NE(problem_with("nominal = 7").find("target[0].nominal: found 7 (whole number), allowed: the path of a CSV file"),
-            std::string::npos);
+  EXPECT_NE(
+      problem_with("nominal = 7").find("target[0].nominal: found 7 (whole number), allowed: the path of a CSV file"),
+      std::string::npos);
   EXPECT_NE(problem_with("nominal = [[0, 1], [1, 2]]").find("target[0].nominal: found"), std::string::npos);
   EXPECT_NE(problem_with("nominal = \".\"").find("is a folder, not a file"), std::string::npos);
 }
