@@ -188,7 +188,8 @@ ExperimentResult run_faults(const ExperimentOptions& options, const faults::Plan
        "confidently wrong: command more than 0.25 deg off, beyond 5 of its sigma and its bound, target beyond 5 km; "
        "cw-s: "
        "beyond sigma alone"},
-      {"accused", "the first source after the fault's begin, by integrity where it speaks, else by health; ! innocent"},
+      {"accused",
+       "the first source after the fault's begin, by integrity, or all of whose messages are rejected; ! innocent"},
       {"recovery",
        "from the fault's end to the last error above 1.5 times the worst of the same flight without it, 10 m at least; "
        "60 s at most"},

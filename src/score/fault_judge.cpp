@@ -16,11 +16,14 @@ double sigma_on_sky(const SlavingCommand& command) {
   return std::hypot(command.sigma_azimuth_rad * std::cos(command.elevation_rad), command.sigma_elevation_rad);
 }
 
+/// None of its messages is accepted: a source that INTEGRITY never hears.
+bool rejected(const SourceHealth& health) { return !health.qualified && health.why == Disqualification::Rejected; }
+
 /// What a source's health says against it: rejected, or at odds with its model. Silence, or an operator's order,
 /// accuses nobody.
 bool accuses(const SourceHealth& health) {
-  const bool rejected = health.why == Disqualification::Rejected || health.why == Disqualification::Excluded;
-  return health.mismatch || health.suspect || (!health.qualified && rejected);
+  const bool excluded = !health.qualified && health.why == Disqualification::Excluded;
+  return health.mismatch || health.suspect || excluded || rejected(health);
 }
 
 bool accuses(const SourceIntegrity& source) {
@@ -64,7 +67,8 @@ void FaultJudge::add(const Trajectory& trajectory) {
     ++score_.unbounded;
 
   FaultSecond& second = second_of(trajectory.epoch);
-  second.accused = accused_;
+  second.accused.clear();
+  for (const Accused& accused : accused_) second.accused.push_back(accused.source);
   second.chain = trajectory.chain;
   if (error_m <= second.error_m) return;
   second.error_m = error_m;
@@ -90,25 +94,31 @@ void FaultJudge::add(const SlavingCommand& command) {
 }
 
 void FaultJudge::add(const SourceHealth& health) {
-  if (!integrity_heard_ && sources_.find(health.sensor) != no_source)
-    accuse(health.sensor, health.time, accuses(health));
+  if (sources_.find(health.sensor) == no_source) return;
+  accuse(health.sensor, health.time, Accuser::Health, integrity_heard_ ? rejected(health) : accuses(health));
 }
 
 void FaultJudge::add(const Integrity& integrity) {
   if (integrity.target != fault_.target) return;
   if (!integrity_heard_) accused_.clear();  // what health said before counts no more
   integrity_heard_ = true;
-  for (const SourceIntegrity& source : integrity.sources) accuse(source.sensor, integrity.time, accuses(source));
+  for (const SourceIntegrity& source : integrity.sources)
+    accuse(source.sensor, integrity.time, Accuser::Integrity, accuses(source));
 }
 
-void FaultJudge::accuse(const Name& source, Time time, bool accused) {
-  const auto known = std::ranges::find(accused_, source);
+void FaultJudge::accuse(const Name& source, Time time, Accuser by, bool accused) {
+  const auto known = std::ranges::find(accused_, source, &Accused::source);
   if (!accused) {
-    if (known != accused_.end()) accused_.erase(known);
+    if (known == accused_.end()) return;
+    known->by &= ~static_cast<unsigned>(by);
+    if (known->by == 0) accused_.erase(known);
     return;
   }
-  if (known != accused_.end()) return;
-  accused_.push_back(source);
+  if (known != accused_.end()) {
+    known->by |= static_cast<unsigned>(by);
+    return;
+  }
+  accused_.push_back({.source = source, .by = static_cast<unsigned>(by)});
   if (score_.accusation || time < fault_.begin) return;
   score_.accusation = {.source = source,
                        .delay_s = (time - fault_.begin).seconds(),

@@ -91,8 +91,9 @@ class FaultJudge final : public ResultSink {
   void add(const Integrity& integrity);
   template <class Other>
   void add(const Other&) {}
-  /// Whether `source` is accused from `time` on.
-  void accuse(const Name& source, Time time, bool accused);
+  enum class Accuser : std::uint8_t { Health = 1, Integrity = 2 };
+  /// Whether `by` accuses `source` from `time` on.
+  void accuse(const Name& source, Time time, Accuser by, bool accused);
   FaultSecond& second_of(Time t);
   [[nodiscard]] std::optional<double> recovery() const;
 
@@ -105,7 +106,11 @@ class FaultJudge final : public ResultSink {
   FaultCase fault_;
   SourceTable sources_;
   std::vector<ErrorAt> errors_;
-  std::vector<Name> accused_;  ///< now
+  struct Accused {
+    Name source;
+    unsigned by = 0;  ///< Accuser, as bits
+  };
+  std::vector<Accused> accused_;  ///< now
   bool integrity_heard_ = false;
   FaultScore score_;
 };

@@ -147,6 +147,10 @@ std::string format_json(const Summary& summary) {
   json["outliers_told_by"] = json_of(summary.outliers);
   json["sources"] = sources;
   json["biases"] = biases;
+  json["integrity"] = ordered_json::array();
+  for (const IntegrityNote& note : summary.integrity)
+    json["integrity"].push_back({{"t_s", note.t_s}, {"text", note.text}});
+  json["bound"] = {{"positions", summary.bounded}, {"covered", summary.bound_holds}};
   return json.dump(2) + "\n";
 }
 

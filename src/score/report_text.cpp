@@ -254,6 +254,36 @@ void bias_table(std::ostringstream& out, const Summary& summary) {
       << "  reference in the end. Terms stand in for each other: what counts is what all of them leave, above\n";
 }
 
+/// A sentence over several lines, broken at blanks.
+void wrapped(std::ostringstream& out, const std::string& text, std::size_t indent) {
+  std::size_t column = indent;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (column > indent && column + 1 + word.size() > text_width) {
+      out << '\n' << std::string(indent, ' ');
+      column = indent;
+    }
+    if (column > indent) out << ' ';
+    out << word;
+    column += word.size() + 1;
+  }
+  out << '\n';
+}
+
+void integrity_story(std::ostringstream& out, const Summary& summary) {
+  if (summary.integrity.empty()) return;
+  out << "\nWhat the sources say of each other, and whom the antennas follow (downrange/integrity)\n\n";
+  constexpr std::size_t time_width = 11;
+  for (const IntegrityNote& note : summary.integrity) {
+    out << number(note.t_s, static_cast<int>(time_width) - 4, 1) << " s  ";
+    wrapped(out, note.text, time_width);
+  }
+  if (summary.bounded > 0)
+    out << "The bound covers the true error of"
+        << percent(static_cast<double>(summary.bound_holds) / static_cast<double>(summary.bounded), 9, 2) << " of "
+        << summary.bounded << " positions sent with one.\n";
+}
+
 }  // namespace
 
 std::string format_text(const Summary& summary) {
@@ -262,6 +292,7 @@ std::string format_text(const Summary& summary) {
   systematic_table(out, summary);
   source_table(out, summary);
   bias_table(out, summary);
+  integrity_story(out, summary);
   pointing_table(out, summary);
   return out.str();
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "score/errors.hpp"
+#include "stage/integrity_notes.hpp"
 
 namespace downrange::score {
 namespace {
@@ -243,6 +244,12 @@ class Scorer::Run : public ResultSink {
     return scores;
   }
 
+  void add_integrity_to(Summary& summary) const {
+    summary.integrity = integrity_;
+    summary.bounded = bounded_;
+    summary.bound_holds = bound_holds_;
+  }
+
  private:
   using SourceKey = std::pair<SourceKind, Name>;
 
@@ -335,7 +342,11 @@ class Scorer::Run : public ResultSink {
     if (!truth) return;
     if (trajectory.primary) primary_ = trajectory.method;
     const Gaussian<3> x = position_at(trajectory, trajectory.epoch);
-    positions_[trajectory.method].push_back(sample_of(trajectory.epoch, x.mean - truth->position.m, x.cov));
+    const Eigen::Vector3d error = x.mean - truth->position.m;
+    positions_[trajectory.method].push_back(sample_of(trajectory.epoch, error, x.cov));
+    if (!trajectory.primary || !trajectory.bound_valid) return;
+    ++bounded_;
+    if (error.norm() <= trajectory.bound_m) ++bound_holds_;
   }
 
   /// For fixes to come.
@@ -360,7 +371,11 @@ class Scorer::Run : public ResultSink {
     }
   }
 
-  void add(const Integrity&) {}  // what a flight is scored by are its errors
+  void add(const Integrity& integrity) {
+    if (integrity.target != scorer_.target_) return;
+    for (std::string& note : integrity_notes_.changes(integrity))
+      integrity_.push_back({.t_s = (integrity.time - scorer_.liftoff_).seconds(), .text = std::move(note)});
+  }
 
   void add(const SensorBias& bias) {
     if (open_ && open_->source.second == bias.sensor) answered(bias.method, bias.received);
@@ -400,6 +415,10 @@ class Scorer::Run : public ResultSink {
 
   const Scorer& scorer_;
   std::string label_;
+  IntegrityNotes integrity_notes_;
+  std::vector<IntegrityNote> integrity_;
+  std::size_t bounded_ = 0;
+  std::size_t bound_holds_ = 0;
   Name primary_;
   std::map<Name, Samples> positions_;              // by method
   std::map<Name, std::deque<Trajectory>> recent_;  // likewise; without truth
@@ -457,6 +476,7 @@ Summary Scorer::summary() const {
   const Run& own = runs_.front();
   std::vector<TrajectoryScore>& rows = truth_ ? summary.trajectories : summary.against_gps;
   rows = own.scores_by_method();
+  own.add_integrity_to(summary);
   for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run) rows.push_back(run->primary_score());
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : own.pointing_scores(antenna.id)) summary.pointing.push_back(score);

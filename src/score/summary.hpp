@@ -98,6 +98,12 @@ struct SourceScore {
   [[nodiscard]] std::uint64_t rejected() const;
 };
 
+/// One change of what INTEGRITY holds of the target's sources, or of whom the antennas follow.
+struct IntegrityNote {
+  double t_s = 0;    ///< since the phases' zero
+  std::string text;  ///< "jeju disagrees with goheung by 5.0 km since T+241.0; excluded by integrity since T+243.2"
+};
+
 struct Summary {
   std::vector<Phase> phases;
   bool truth_known = false;
@@ -107,8 +113,11 @@ struct Summary {
   std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
   Name method;                                ///< whose the rest is: the range's first
   OutlierOrigin outliers = OutlierOrigin::None;
-  std::vector<SourceScore> sources;  ///< of the first run: radars, trackers, stations, in the range's order
-  std::vector<SensorBias> biases;    ///< the last of the first run; radars, trackers, in the range's order
+  std::vector<SourceScore> sources;      ///< of the first run: radars, trackers, stations, in the range's order
+  std::vector<SensorBias> biases;        ///< the last of the first run; radars, trackers, in the range's order
+  std::vector<IntegrityNote> integrity;  ///< of the first run
+  std::size_t bounded = 0;               ///< of its positions with truth, those sent with a bound
+  std::size_t bound_holds = 0;           ///< of these, those that it covers
 };
 
 /// "radar", "angles", "gps".

@@ -11,7 +11,6 @@
 #include "app/downranged/acknowledgements.hpp"
 #include "app/downranged/event_queue.hpp"
 #include "app/downranged/health_notes.hpp"
-#include "app/downranged/integrity_notes.hpp"
 #include "app/downranged/latency.hpp"
 #include "app/downranged/notify.hpp"
 #include "app/downranged/service.hpp"
@@ -19,6 +18,7 @@
 #include "config/load.hpp"
 #include "dds/inputs.hpp"
 #include "dds/outputs.hpp"
+#include "stage/integrity_notes.hpp"
 
 #define DOWNRANGED ""
 #include "daemon_process.hpp"

@@ -173,10 +173,10 @@ TEST_F(Judged, TheFirstAccusedAfterTheBeginCounts) {
   EXPECT_FALSE(other.score().accusation->right);
 }
 
-TEST_F(Judged, WhereIntegritySpeaksHealthIsNotAsked) {
+TEST_F(Judged, WhereIntegritySpeaksHealthsModelIsNotAsked) {
   FaultJudge judge(range(), fault);
   judge.emit(integrity(90, "jeju", IntegrityVerdict::Agrees));
-  judge.emit(health(101, "jeju", true));
+  judge.emit(health(101, "jeju", false, true));
   judge.emit(integrity(102, "goheung", IntegrityVerdict::Ambiguous));
   EXPECT_FALSE(judge.score().accusation);
   judge.emit(integrity(103, "goheung", IntegrityVerdict::Suspect));
@@ -184,6 +184,20 @@ TEST_F(Judged, WhereIntegritySpeaksHealthIsNotAsked) {
   ASSERT_TRUE(judge.score().accusation);
   EXPECT_NEAR(judge.score().accusation->delay_s, 3, 1e-9);
   EXPECT_TRUE(judge.score().accusation->right);
+}
+
+TEST_F(Judged, WhoseMessagesAreAllRejectedIsAccusedWhateverIntegritySays) {
+  FaultJudge judge(range(), fault);
+  judge.emit(integrity(90, "goheung", IntegrityVerdict::Agrees));
+  judge.emit(health(102, "goheung", true));
+  judge.emit(integrity(102.1, "goheung", IntegrityVerdict::Agrees));
+  judge.emit(position(103, 0, {}));
+  ASSERT_TRUE(judge.score().accusation);
+  EXPECT_NEAR(judge.score().accusation->delay_s, 2, 1e-9);
+  EXPECT_EQ(judge.score().seconds.back().accused, std::vector<Name>{"goheung"});
+  judge.emit(health(104, "goheung", false));
+  judge.emit(position(105, 0, {}));
+  EXPECT_TRUE(judge.score().seconds.back().accused.empty());
 }
 
 TEST_F(Judged, SilenceAccusesNobody) {

@@ -145,6 +145,51 @@ TEST(Report, WhatIsNotKnownIsADashAndNull) {
   EXPECT_TRUE(json["sources"][0]["outliers"].is_null());
 }
 
+TEST(Report, TellsWhoWasExcludedWhenAndWhetherTheBoundHeld) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  EXPECT_EQ(format_text(scorer.summary()).find("downrange/integrity"), std::string::npos);
+  Integrity record;
+  record.target = "kslv";
+  record.time = liftoff + seconds(1);
+  record.bound_valid = true;
+  record.bound_m = 60;
+  record.sources = {{.sensor = "goheung"}, {.sensor = "jeju"}, {.sensor = "a-telemetry-station"}};
+  run.emit(record);
+  record.time = liftoff + seconds(242.5);
+  record.chain = "without-GPS";
+  record.sources[2].verdict = IntegrityVerdict::Excluded;
+  record.sources[2].by = "integrity";
+  record.sources[2].against = 3;
+  record.sources[2].apart_m = 5000;
+  record.sources[2].agree_m = 12;
+  run.emit(record);
+  record.target = "another";
+  record.sources[0].verdict = IntegrityVerdict::Excluded;
+  run.emit(record);
+  for (const double error_m : {10.0, 70.0}) {
+    Trajectory t = make_trajectory(2, Eigen::Vector3d(error_m, 0, 0), 20);
+    t.method = "song2015";
+    t.primary = true;
+    t.bound_valid = true;
+    t.bound_m = 60;
+    run.emit(t);
+  }
+  const Summary summary = scorer.summary();
+  ASSERT_EQ(summary.integrity.size(), 3u);
+  const std::string text = format_text(summary);
+  EXPECT_NE(text.find("    1.0 s  kslv follows all sources, bound 60 m\n"), std::string::npos) << text;
+  EXPECT_NE(
+      text.find("  242.5 s  kslv: a-telemetry-station disagrees with goheung and jeju by 5.0 km; these agree within\n"
+                "           12 m; excluded by integrity\n"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(text.find("The bound covers the true error of  50.00 % of 2 positions"), std::string::npos) << text;
+  const auto json = nlohmann::json::parse(format_json(summary));
+  EXPECT_NEAR(json["integrity"][2]["t_s"].get<double>(), 242.5, 1e-9);
+  EXPECT_EQ(json["bound"]["covered"], 1);
+}
+
 TEST(Report, SaysPlantedOnlyWhereSomebodyPlanted) {
   const auto text = [](OutlierOrigin origin) {
     Scorer scorer = make_scorer();

@@ -10,8 +10,8 @@
 #include "acknowledgements.hpp"
 #include "dds/outputs.hpp"
 #include "health_notes.hpp"
-#include "integrity_notes.hpp"
 #include "recorder.hpp"
+#include "stage/integrity_notes.hpp"
 
 namespace downrange::app {
 

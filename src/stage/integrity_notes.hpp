@@ -1,6 +1,6 @@
 #pragma once
-/// What the log says of INTEGRITY: each change of a verdict, of the chain that is followed, and of the bound's being
-/// there.
+/// What logs and reports say of INTEGRITY: each change of a verdict, of the chain that is followed, and of the bound's
+/// being there.
 
 #include <downrange/stage/result.hpp>
 #include <map>
@@ -9,7 +9,7 @@
 
 #include "stage/integrity_text.hpp"
 
-namespace downrange::app {
+namespace downrange {
 
 class IntegrityNotes {
  public:
@@ -42,4 +42,4 @@ class IntegrityNotes {
   std::map<Name, Told> told_;
 };
 
-}  // namespace downrange::app
+}  // namespace downrange
