@@ -12,6 +12,7 @@
 #include "sim/orbit_pass.hpp"
 #include "sim/random_stream.hpp"
 #include "sim/sensor_models.hpp"
+#include "stage/methods.hpp"
 
 namespace downrange::experiment::honesty {
 namespace {
@@ -97,13 +98,7 @@ sim::RadarBias drawn_bias(const RadarBlock& block, std::uint64_t seed, const Nam
 
 /// What a radar's bias and wander may be, as the filters have it.
 std::vector<RadarBlock> priors_in_force(const RangeConfig& range, bool gps) {
-  std::vector<RadarModel> models;
-  for (const RadarConfig& radar : range.radars) {
-    RadarModel& model = models.emplace_back();
-    model.site = radar.site;
-    model.bias = bias_model_of(radar);
-    model.wander = radar.wander;
-  }
+  const std::vector<RadarModel> models = radar_models(range);
   const bool tight = !gps && range.align.gps.no_gps.enabled;
   return (tight ? bias_layout_without_gps(models, range.align.gps.no_gps, 0) : bias_layout(models, 0)).radars;
 }
