@@ -468,13 +468,22 @@ Section fuse_section() {
 
 Section integrity_section() {
   using I = IntegrityConfig;
-  return single<I>("integrity", "Which sources are believed.", [](ServiceConfig& c) -> I& { return c.range.integrity; },
-                   {
-                       flag("enabled", at(&I::enabled), optional,
-                            "judge the sources of a target against each other, where there are two or more"),
-                       integer("rerun_per_tick", at(&I::rerun_per_tick), {1, 100'000}, optional,
-                               "measurements with each tick by which a run without a liar catches up"),
-                   });
+  return single<I>(
+      "integrity", "Which sources are believed.", [](ServiceConfig& c) -> I& { return c.range.integrity; },
+      {
+          flag("enabled", at(&I::enabled), optional,
+               "judge the sources of a target against each other, where there are two or more"),
+          integer("rerun_per_tick", at(&I::rerun_per_tick), {1, 100'000}, optional,
+                  "measurements with each tick by which a run without a liar catches up"),
+          ids("trust", at(&I::trust), optional,
+              "whom to believe where two sources contradict each other and nothing tells who lies: ids of "
+              "radars, trackers, stations or receivers, the most trusted first; empty: neither is excluded"),
+          number("copy_position_m", at(&I::copy_position_m), {1e-6, 1e5}, optional,
+                 "copies of one fix by several stations differ by no more than what the wire rounds"),
+          number("copy_velocity_m_s", at(&I::copy_velocity_m_s), {1e-6, 1e4}, optional, "likewise"),
+          span("readmit_after_s", at(&I::readmit_after), {0.1, 3600}, optional,
+               "an excluded source is believed again when it has agreed for so long"),
+      });
 }
 
 Section slave_section() {

@@ -230,7 +230,22 @@ void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
         {"launch_q_ballistic_m2_s5", "launch_ballistic_sigma_m_s2", "launch_q_thrust_m2_s5", "launch_q_event_m2_s5",
          "launch_phase_s", "launch_event_s", "launch_initial_ballistic", "launch_initial_event"},
         because);
+  if (!range.integrity.enabled)
+    idle.add("integrity", {"rerun_per_tick", "trust", "copy_position_m", "copy_velocity_m_s", "readmit_after_s"},
+             "enabled is false");
   if (range.fuse.publish_on_data) idle.add("fuse", {"coast_ms"}, "publish_on_data is true");
+}
+
+void warn_of_trust(const RangeConfig& range, const Checker& warn) {
+  const SourceTable sources(range);
+  std::vector<std::string> known;
+  for (const Source& source : sources) known.emplace_back(source.name.view());
+  for (const Name& trusted : range.integrity.trust) {
+    const std::string name(trusted.view());
+    warn.require(sources.find(trusted) != no_source, "integrity.trust",
+                 "\"" + name + "\" is no radar, tracker or station of this range, so it is taken as a receiver's name" +
+                     suggestion(name, known));
+  }
 }
 
 void warn_of_times(const RangeConfig& range, const Checker& warn) {
@@ -254,6 +269,7 @@ void warn_about(const ServiceConfig& config, const toml::table& root, const Repo
       idle.add(entry("angle_sensor", i, "bias_prior_angle_deg"), "the calibration says what it was");
   warn_of_passing_over(config.range, warn);
   warn_of_idle_keys(config.range, idle);
+  warn_of_trust(config.range, warn);
   warn_of_times(config.range, warn);
 }
 

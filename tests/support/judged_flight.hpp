@@ -121,11 +121,10 @@ inline std::string described(const JudgedFlight& flight) {
 
 /// `without`: a further chain that does not hear these sources; it is followed from the time that one of them is
 /// excluded.
-inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& events, SourceSet without = 0,
-                           const JudgeSettings& settings = {}) {
+inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& events, SourceSet without = 0) {
   const SourceTable sources(range);
   Ingest ingest(range);
-  Judge judge(range, sources, 0, settings);
+  Judge judge(range, sources, 0);
   const SourceSet all = (SourceSet{1} << sources.size()) - 1;
   SourceSet stations = 0;
   for (SourceId id = 0; id < static_cast<SourceId>(sources.size()); ++id) {
@@ -163,8 +162,8 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
     for (std::size_t r = 0; r < biases.size(); ++r)
       biases[r] = runs[selected].methods->primary().bias(static_cast<int>(r));
     std::span<const Judgement> judgements;
-    const bool in_flight = ingest.left_pad("kslv", t);
-    flight.allocations += allocations_of([&] { judgements = judge.judge(t, chains, biases, in_flight, 0, 0); });
+    const JudgedTick at{.epoch = t, .in_flight = ingest.left_pad("kslv", t), .liftoff = ingest.mission().liftoff()};
+    flight.allocations += allocations_of([&] { judgements = judge.judge(at, chains, biases); });
     const double t_s = (t - liftoff).seconds();
     for (std::size_t i = 0; i < judge.pair_count(); ++i) {
       if (judge.pair(i).value <= flight.largest_value) continue;

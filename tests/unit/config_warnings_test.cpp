@@ -77,6 +77,9 @@ INSTANTIATE_TEST_SUITE_P(
         Cancelled{"[fuse]\nkinematics = \"ca\"\nlaunch_event_s = 5\n", "fuse.launch_event_s: has no effect"},
         Cancelled{"[fuse]\npublish_on_data = true\ncoast_ms = 9000\n",
                   "fuse.coast_ms: has no effect: publish_on_data is true"},
+        Cancelled{"[integrity]\nenabled = false\nreadmit_after_s = 5\n",
+                  "integrity.readmit_after_s: has no effect: enabled is false"},
+        Cancelled{"[integrity]\ntrust = [\"nobody\"]\n", "integrity.trust: \"nobody\" is no radar, tracker or station"},
         Cancelled{"[slave]\nvalidity_ms = 20\n", "slave.validity_ms: found 20, expected: range.tick_ms (25) or more"}));
 
 TEST_P(CancelledKeys, AreNamed) {

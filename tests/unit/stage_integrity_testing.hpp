@@ -23,9 +23,9 @@ class ScriptedJudge final : public SourceJudge {
  public:
   ScriptedJudge(std::size_t sources, Script script) : verdicts_(sources), script_(std::move(script)) {}
   void note(SourceId, const Observation&) override {}
-  std::span<const Judgement> judge(Time epoch, std::span<const ChainState>, std::span<const BiasEstimate>, bool,
-                                   SourceSet, SourceSet) override {
-    script_((epoch - liftoff).seconds(), verdicts_);
+  std::span<const Judgement> judge(const JudgedTick& tick, std::span<const ChainState>,
+                                   std::span<const BiasEstimate>) override {
+    script_((tick.epoch - liftoff).seconds(), verdicts_);
     return verdicts_;
   }
 
@@ -49,7 +49,7 @@ inline Script excluded(SourceSet liars, double at, double onset, double until = 
       if (!contains(liars, static_cast<int>(i)) || t < at) continue;
       verdicts[i].verdict = t < until ? IntegrityVerdict::Excluded : IntegrityVerdict::Agrees;
       verdicts[i].since = liftoff + seconds(at);
-      verdicts[i].onset = liftoff + seconds(onset);
+      verdicts[i].onset = verdicts[i].undone_from = liftoff + seconds(onset);
     }
   };
 }

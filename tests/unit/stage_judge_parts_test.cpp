@@ -58,6 +58,34 @@ TEST(Identification, WhoBrokeWithItsOwnPastDecidesATie) {
   EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, 0u);
 }
 
+TEST(Identification, TwoThatBrokeAtOnceAreNoMajority) {
+  std::vector<Character> characters(3);
+  characters[first].own_break = 4000;
+  characters[second].own_break = 150;
+  // Whether the two agree with each other or not.
+  const std::vector<Edge> alike{fails(gps, first), fails(gps, second), passes(first, second)};
+  EXPECT_EQ(identify(alike, characters, 0, 0, 0).guilty, only(first) | only(second));
+  const std::vector<Edge> apart{fails(gps, first), fails(gps, second), fails(first, second)};
+  EXPECT_EQ(identify(apart, characters, 0, 0, 0).guilty, only(first) | only(second));
+  // Not where the third broke as well, nor on an operator's word.
+  characters[gps].own_break = 200;
+  EXPECT_EQ(identify(alike, characters, 0, 0, 0).guilty, only(gps));
+  EXPECT_EQ(identify(alike, characters, 0, only(first), 0).guilty, only(gps));
+}
+
+TEST(Identification, OfThreeThatAllDisagreeThoseTwoAreNamedWhoBrokeWithTheirPast) {
+  std::vector<Character> characters(3);
+  const std::vector<Edge> edges{fails(gps, first), fails(gps, second), fails(first, second)};
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, 0u);
+  characters[first].own_break = 90;
+  characters[second].own_break = 4;  // far less, and yet more than the receiver's
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(first) | only(second));
+  characters[gps].own_break = 3;
+  const Accusation accusation = identify(edges, characters, 0, 0, 0);
+  EXPECT_EQ(accusation.guilty, only(first));
+  EXPECT_EQ(accusation.tied, only(gps) | only(second));
+}
+
 TEST(Identification, PhysicsThenNominalThenTrustDecideInThisOrder) {
   const std::vector<Edge> edges{fails(gps, first)};
   std::vector<Character> characters(2);
@@ -90,9 +118,11 @@ Fix fix_at(double east_m) {
   return fix;
 }
 
+constexpr CopyTolerance wire{.position_m = 0.1, .velocity_m_s = 0.01};
+
 TEST(Copies, ThreeNameTheOddOneWhateverCameFirst) {
   for (int odd = 0; odd < 3; ++odd) {
-    Copies copies;
+    Copies copies(wire);
     const Copies::Message* message = nullptr;
     for (int station = 0; station < 3; ++station)
       message = &copies.note(station, liftoff, fix_at(station == odd ? 30 : 0.05));
@@ -104,7 +134,7 @@ TEST(Copies, ThreeNameTheOddOneWhateverCameFirst) {
 }
 
 TEST(Copies, TwoThatDifferAreDisputedUntilOneIsWhereTheTargetIs) {
-  Copies copies;
+  Copies copies(wire);
   static_cast<void>(copies.note(0, liftoff, fix_at(0)));
   const Copies::Message& message = copies.note(1, liftoff + milliseconds(1), fix_at(5000));
   EXPECT_EQ(copies.odd(message, {}).disputed, set_of(0) | set_of(1));
@@ -113,7 +143,7 @@ TEST(Copies, TwoThatDifferAreDisputedUntilOneIsWhereTheTargetIs) {
 }
 
 TEST(Copies, TheWiresQuantumIsNoDifference) {
-  Copies copies;
+  Copies copies(wire);
   static_cast<void>(copies.note(0, liftoff, fix_at(0)));
   EXPECT_EQ(copies.odd(copies.note(1, liftoff, fix_at(0.09)), {}).disputed, 0u);
 }

@@ -57,6 +57,16 @@ Fault follows_another(SourceId radar, const Eigen::Vector3d& velocity_enu_m_s) {
   });
 }
 
+/// The flight that was flown, as it was planned.
+NominalTrajectory plan_of(const sim::Simulation& flight) {
+  std::vector<NominalSample> samples;
+  for (int t = 0; t <= static_cast<int>(end_s); ++t) {
+    const auto state = flight.truth(liftoff + seconds(t));
+    samples.push_back({.t_s = static_cast<double>(t), .state = {state->position, state->velocity}});
+  }
+  return NominalTrajectory(samples);
+}
+
 std::vector<Lie> lies() {
   return {
       {"gps_200_m", first_station, gps, 3, displaced_fix({200, 0, 0}, {0, 0, 0})},
@@ -178,11 +188,34 @@ TEST(Judge, OneRadarAgainstTheReceiverIsAmbiguousUnlessTrustIsConfigured) {
   EXPECT_TRUE(tie.first(goheung, IntegrityVerdict::Ambiguous)) << described(tie);
   EXPECT_TRUE(tie.first(1, IntegrityVerdict::Ambiguous)) << described(tie);
   EXPECT_FALSE(tie.first(goheung, IntegrityVerdict::Excluded)) << described(tie);
-  JudgeSettings settings;
-  settings.trust = {"goheung-tgs", "goheung"};
-  const JudgedFlight trusted = judged(range, events, set_of(goheung), settings);
+  range.targets[0].nominal = plan_of(flight);
+  const JudgedFlight planned = judged(range, events, set_of(goheung));
+  EXPECT_TRUE(planned.first(goheung, IntegrityVerdict::Ambiguous)) << "too near to its plan to tell\n"
+                                                                   << described(planned);
+  const JudgedFlight lost = judged(range, with_fault(flight, follows_another(goheung, {0, 400, 0})), set_of(goheung));
+  EXPECT_TRUE(lost.first(goheung, IntegrityVerdict::Excluded)) << described(lost);
+  EXPECT_FALSE(lost.first(1, IntegrityVerdict::Excluded)) << described(lost);
+  range.targets[0].nominal = {};
+  range.integrity.trust = {"goheung-tgs", "goheung"};
+  const JudgedFlight trusted = judged(range, events, set_of(goheung));
   EXPECT_TRUE(trusted.first(goheung, IntegrityVerdict::Excluded)) << described(trusted);
   EXPECT_FALSE(trusted.first(1, IntegrityVerdict::Excluded)) << described(trusted);
+}
+
+TEST(Judge, TwoRadarsThatFoldAtOnceAreNoMajorityAgainstTheReceiver) {
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, end_s), 1);
+  const Fault both_fold = [](Event& event, double t_s) {
+    auto* plot = std::get_if<RadarTspi>(&event);
+    if (plot != nullptr && t_s >= begin_s) plot->measured.range_m += 150e3;
+  };
+  const JudgedFlight f = judged(range, with_fault(flight, both_fold), set_of(goheung) | set_of(jeju));
+  for (const SourceId radar : {goheung, jeju}) {
+    const auto excluded = f.first(radar, IntegrityVerdict::Excluded);
+    ASSERT_TRUE(excluded) << described(f);
+    EXPECT_LE(*excluded, begin_s + 2.5) << described(f);
+  }
+  EXPECT_FALSE(f.first(first_station, IntegrityVerdict::Excluded)) << described(f);
 }
 
 TEST(Judge, AReceiversClockASecondOffFromTheStartIsNotTheRadars) {
@@ -198,6 +231,11 @@ TEST(Judge, AReceiversClockASecondOffFromTheStartIsNotTheRadars) {
   };
   const JudgedFlight f = judged(range, with_fault(flight, early), gps);
   EXPECT_TRUE(f.first(first_station, IntegrityVerdict::Excluded)) << described(f);
+  for (const Said& s : f.said) {
+    if (s.judgement.verdict == IntegrityVerdict::Excluded) {
+      EXPECT_LT(s.judgement.undone_from, liftoff) << "nobody had agreed with it in flight\n" << described(f);
+    }
+  }
   EXPECT_FALSE(f.first(goheung, IntegrityVerdict::Excluded)) << described(f);
   EXPECT_FALSE(f.first(jeju, IntegrityVerdict::Excluded)) << described(f);
 }

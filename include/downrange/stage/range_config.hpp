@@ -173,6 +173,12 @@ struct SlaveConfig {
 struct IntegrityConfig {
   bool enabled = true;       ///< where there are two sources or more
   int rerun_per_tick = 100;  ///< measurements by which a run without a liar catches up, with each tick
+  /// In ties, the most trusted source (sensor, station or receiver) first; empty: a tie stays one.
+  std::vector<Name> trust;
+  /// Copies of one fix by several stations describe one message: they agree to this.
+  double copy_position_m = 0.1;
+  double copy_velocity_m_s = 0.01;
+  Duration readmit_after = milliseconds(10'000);  ///< of agreement
 };
 
 struct TargetConfig {

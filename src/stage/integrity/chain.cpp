@@ -1,15 +1,10 @@
 #include "stage/integrity/chain.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace downrange {
-namespace {
-
-constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
-
-}  // namespace
+namespace {}  // namespace
 
 Chain::Chain(const ChainPlan& plan, std::optional<int> target, const MethodSettings& settings, ChainMethodMaker make,
              Duration coast)
@@ -40,7 +35,7 @@ Chain::Chain(const ChainPlan& plan, std::optional<int> target, const MethodSetti
   }
   if (target_) settings_.targets = 1;
   const auto targets = static_cast<std::size_t>(settings_.targets);
-  newest_.assign(targets, never);
+  newest_.assign(targets, before_all);
   taught_.assign(targets, 0);
   taught_for_good_.assign(targets, 0);
   method_ = make_(settings_);
@@ -137,7 +132,7 @@ void Chain::roll_back(int target, SourceSet liars, Time from, const MeasurementL
   kept_.erase(first_useless, kept_.end());
   if (kept_.empty() && !log.complete() && !one_target) return;
   again_ = make_(settings_);
-  again_at_ = never;
+  again_at_ = before_all;
   cursor_ = log.begin();
   if (kept_.empty()) return;
   dynamic_cast<RestorableMethod&>(*again_).restore(*kept_.back().state);

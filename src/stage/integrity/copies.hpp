@@ -13,9 +13,10 @@
 
 namespace downrange::integrity {
 
+/// How far copies of one fix may differ.
 struct CopyTolerance {
-  double position_m = 0.1;
-  double velocity_m_s = 0.01;
+  double position_m;
+  double velocity_m_s;
 };
 
 /// The copies of one receiver's fixes.
@@ -23,7 +24,7 @@ class Copies {
  public:
   static constexpr std::size_t max_stations = 8;
 
-  explicit Copies(CopyTolerance tolerance = {}) : tolerance_(tolerance), messages_(16) {}
+  explicit Copies(CopyTolerance tolerance) : tolerance_(tolerance), messages_(16) {}
 
   struct Copy {
     int station = -1;

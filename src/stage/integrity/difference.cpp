@@ -72,6 +72,12 @@ Mat<3, 3> fix_noise(const Vec<3>& position, double sigma_horizontal_m, double si
   return R.transpose() * Vec<3>(horizontal, horizontal, vertical).cwiseAbs2().asDiagonal() * R;
 }
 
+std::optional<Position<Ecef>> told_position(const Witness& witness, const Sample& sample) {
+  if (!witness.tells_position()) return std::nullopt;
+  if (witness.is_receiver()) return Position<Ecef>{sample.z};
+  return witness.model.site.ecef_of(enu_from_polar({sample.z[0], sample.z[1], sample.z[2]}));
+}
+
 Vec<3> displacement(const Witness& radar, const Sample& sample, const BiasVector& bias) {
   const std::optional<Told> told = tell(radar, sample, BiasVector::Zero());
   return told ? Vec<3>(-told->by_bias * bias) : Vec<3>(Vec<3>::Zero());

@@ -41,6 +41,9 @@ class Threshold {
   double two_;
 };
 
+/// Where a witness says that the target is, its bias taken as zero. None: it tells directions only.
+[[nodiscard]] std::optional<Position<Ecef>> told_position(const Witness& witness, const Sample& sample);
+
 /// Where a bias makes a radar see a target that is where the sample says, m, ECEF, from the truth.
 [[nodiscard]] Vec<3> displacement(const Witness& radar, const Sample& sample, const BiasVector& bias);
 

@@ -3,11 +3,15 @@
 
 #include <downrange/geo/time.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <limits>
 #include <vector>
 
 #include "stage/integrity/measurement_log.hpp"
 
 namespace downrange {
+
+/// Before every instant; far enough from the first that may be written down for durations to be taken from it.
+inline constexpr Time before_all{std::numeric_limits<std::int64_t>::min() / 2};
 
 class Exclusions {
  public:

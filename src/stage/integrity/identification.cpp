@@ -9,7 +9,10 @@ namespace {
 
 /// Of the doubt that two explanations leave: chi2 of 12 is a likelihood ratio of 400.
 constexpr double decisive = 0.4;
-constexpr double clearly = 3;
+/// A break with the own past counts beside another one from a third of it on.
+constexpr double comparable = 1.0 / 3;
+/// A break that no vote excuses: ten times the distance at which the test fails, squared.
+constexpr double overwhelming = 100;
 constexpr std::size_t most_covers = 256;
 
 bool covers(WitnessSet set, const Edge& edge) { return (set & (only(edge.first) | only(edge.second))) != 0; }
@@ -76,14 +79,52 @@ WitnessSet common_of(const Covers& covers) {
   return common;
 }
 
+/// Keeps the explanations whose witnesses broke with their own past. Of those that all explanations share nothing is
+/// asked; where one who broke by far is settled, smaller breaks decide what is left.
+void keep_those_who_broke(Covers& covers, std::span<const Character> characters) {
+  for (std::size_t before = 0; covers.count > 1 && covers.count != before;) {
+    before = covers.count;
+    const WitnessSet common = common_of(covers);
+    double most = 0;
+    for (std::size_t i = 0; i < covers.count; ++i) {
+      for (std::size_t w = 0; w < characters.size(); ++w) {
+        if ((covers.set[i] & ~common & only(static_cast<int>(w))) != 0) most = std::max(most, characters[w].own_break);
+      }
+    }
+    if (most < 1) return;
+    const double least = std::max(1.0, comparable * most);
+    keep_best(covers, [&](WitnessSet set) {
+      return total(set, common, characters, [&](const Character& c) { return c.own_break >= least ? 1.0 : 0.0; });
+    });
+  }
+}
+
+/// Who broke overwhelmingly with its own past when it began to disagree with one who did not break at all. However many
+/// do so at once: two radars that fold alike are no majority.
+WitnessSet overwhelmed(std::span<const Edge> edges, std::span<const Character> characters) {
+  WitnessSet set = 0;
+  const auto consider = [&](int broke, int steady) {
+    if (characters[static_cast<std::size_t>(broke)].own_break >= overwhelming &&
+        characters[static_cast<std::size_t>(steady)].own_break < 1)
+      set |= only(broke);
+  };
+  for (const Edge& edge : edges) {
+    if (!edge.fails) continue;
+    consider(edge.first, edge.second);
+    consider(edge.second, edge.first);
+  }
+  return set;
+}
+
 }  // namespace
 
 Accusation identify(std::span<const Edge> edges, std::span<const Character> characters, WitnessSet alone,
                     WitnessSet innocent, WitnessSet prefer) {
+  const WitnessSet certain = (alone | overwhelmed(edges, characters)) & ~innocent;
   Covers covers;
-  for (int size = 0; size <= 3 && covers.count == 0; ++size) extend(edges, innocent, alone & ~innocent, size, covers);
+  for (int size = 0; size <= 3 && covers.count == 0; ++size) extend(edges, innocent, certain, size, covers);
   if (covers.count == 0) {
-    Accusation lost{.guilty = alone & ~innocent, .tied = 0};
+    Accusation lost{.guilty = certain, .tied = 0};
     for (const Edge& edge : edges) {
       if (edge.fails) lost.tied |= (only(edge.first) | only(edge.second)) & ~innocent & ~lost.guilty;
     }
@@ -96,21 +137,7 @@ Accusation identify(std::span<const Edge> edges, std::span<const Character> char
   for (std::size_t i = 1; i < covers.count; ++i) least = std::min(least, doubt_without(edges, covers.set[i]));
   keep_best(covers, [&](WitnessSet set) { return doubt_without(edges, set) < least + decisive ? 1.0 : 0.0; });
 
-  // Who broke with its own past.
-  if (covers.count > 1) {
-    const WitnessSet common = common_of(covers);
-    const auto broke = [&](WitnessSet set) {
-      return total(set, common, characters, [](const Character& c) { return c.own_break; });
-    };
-    double first = 0;
-    double second = 0;
-    for (std::size_t i = 0; i < covers.count; ++i) {
-      const double value = broke(covers.set[i]);
-      second = std::max(second, std::min(first, value));
-      first = std::max(first, value);
-    }
-    if (first >= 1 && first >= clearly * second) keep_best(covers, broke);
-  }
+  keep_those_who_broke(covers, characters);
   // Physics; the nominal trajectory; the configured order of trust.
   if (covers.count > 1) {
     const WitnessSet common = common_of(covers);

@@ -35,9 +35,10 @@ struct Accusation {
   WitnessSet tied = 0;    ///< beside these: one of them, and nothing says which
 };
 
-/// `alone`: witnesses that a test of their own has found guilty. `innocent`: never to be named (forced by an operator).
-/// `prefer`: named before; of sets of one size those that contain more of them are taken. Sets of up to three are
-/// tried beyond `alone`; what needs more is tied.
+/// `alone`: witnesses that a test of their own has found guilty; so is who broke overwhelmingly with its own past when
+/// it began to disagree with one who did not, whatever the votes. `innocent`: never to be named (forced by an
+/// operator). `prefer`: named before; of sets of one size those that contain more of them are taken. Sets of up to
+/// three are tried beyond `alone`; what needs more is tied.
 [[nodiscard]] Accusation identify(std::span<const Edge> edges, std::span<const Character> characters, WitnessSet alone,
                                   WitnessSet innocent, WitnessSet prefer);
 

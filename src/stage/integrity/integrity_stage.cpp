@@ -18,7 +18,6 @@ constexpr Duration kept_for = milliseconds(60'000);
 [[nodiscard]] constexpr SourceSet first_sources(std::size_t count) {
   return count >= max_sources_in_set ? ~SourceSet{0} : set_of(static_cast<int>(count)) - 1;
 }
-constexpr Time never{std::numeric_limits<std::int64_t>::min() / 2};
 
 /// The bits of `set` as those of the sources in `reported` counted one after the other.
 std::uint64_t among(SourceSet set, SourceSet reported) {
@@ -41,9 +40,9 @@ class ImpartialJudge final : public SourceJudge {
  public:
   ImpartialJudge(const RangeConfig& config, const SourceTable& sources, int target) : judge_(config, sources, target) {}
   void note(SourceId source, const Observation& o) override { judge_.note(source, o); }
-  std::span<const Judgement> judge(Time epoch, std::span<const ChainState> chains, std::span<const BiasEstimate> biases,
-                                   bool in_flight, SourceSet forced, SourceSet inhibited) override {
-    return judge_.judge(epoch, chains, biases, in_flight, forced, inhibited);
+  std::span<const Judgement> judge(const JudgedTick& tick, std::span<const ChainState> chains,
+                                   std::span<const BiasEstimate> biases) override {
+    return judge_.judge(tick, chains, biases);
   }
 
  private:
@@ -82,7 +81,7 @@ IntegrityStage::IntegrityStage(const RangeConfig& config, const MethodSettings& 
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     Target& t = targets_[i];
     const int target = static_cast<int>(i);
-    t.newest = never;
+    t.newest = before_all;
     if (judges_) {
       t.others.reserve(plans_.chains.size());
       for (const ChainPlan& plan : plans_.chains) t.others.emplace_back(plan, target, settings, make, coast_);
@@ -171,7 +170,12 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
     t.states[i + 1] = {.sources = t.others[i].sources(), .estimate = t.others[i].estimate(target, tick)};
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id)
     biases_[static_cast<std::size_t>(id)] = selected(target).bias(id);
-  const auto verdicts = t.judge->judge(tick, t.states, biases_, t.in_flight, will.forced, will.inhibited);
+  const auto verdicts = t.judge->judge({.epoch = tick,
+                                        .in_flight = t.in_flight,
+                                        .liftoff = will.liftoff,
+                                        .forced = will.forced,
+                                        .inhibited = will.inhibited},
+                                       t.states, biases_);
 
   SourceSet excluded = 0;
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
@@ -189,7 +193,7 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
   const SourceSet out = excluded | will.inhibited;
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
     if (contains(convicted, id)) {
-      exclude(target, id, t.verdicts[static_cast<std::size_t>(id)].onset);
+      exclude(target, id, t.verdicts[static_cast<std::size_t>(id)].undone_from);
     } else if (contains(out & ~before, id)) {
       exclusions_.open(target, id, tick);  // an operator says nothing of what it taught
     } else if (contains(before & ~out, id)) {
@@ -209,10 +213,10 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
   find_alternatives(target);
 }
 
-void IntegrityStage::exclude(int target, SourceId source, Time onset) {
-  Time from = never;
+void IntegrityStage::exclude(int target, SourceId source, Time undone_from) {
+  Time from = before_all;
   for (const Time instant : instants_) {
-    if (instant < onset) from = instant;
+    if (instant < undone_from) from = instant;
   }
   exclusions_.open(target, source, from);
   for_each_chain_of(of(target), [&](Chain& c) {

@@ -25,9 +25,8 @@ class SourceJudge {
   /// Every observation of the target that INGEST accepted, and every double of a fix, in order of arrival.
   virtual void note(SourceId source, const Observation& o) = 0;
   /// One Judgement per source, by SourceId. `biases` likewise: what the selected chain knows; terms 0: nothing.
-  virtual std::span<const Judgement> judge(Time epoch, std::span<const ChainState> chains,
-                                           std::span<const BiasEstimate> biases, bool in_flight, SourceSet forced,
-                                           SourceSet inhibited) = 0;
+  virtual std::span<const Judgement> judge(const JudgedTick& tick, std::span<const ChainState> chains,
+                                           std::span<const BiasEstimate> biases) = 0;
 };
 using JudgeMaker =
     std::function<std::unique_ptr<SourceJudge>(const RangeConfig& config, const SourceTable& sources, int target)>;
@@ -122,7 +121,7 @@ class IntegrityStage {
   /// The states that are kept are of the history's end: nothing older comes any more.
   void keep_states(Time tick);
   void judge(int target, Time tick, const OperatorWill& will);
-  void exclude(int target, SourceId source, Time onset);
+  void exclude(int target, SourceId source, Time undone_from);
   void catch_up();
   [[nodiscard]] int select(int target, const Name& held) const;
   void find_alternatives(int target);

@@ -43,16 +43,19 @@ void Judge::AloneTest::judge(Time at, double ratio, double apart) {
   if (ratio >= 1) apart_m = apart;
 }
 
-Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target, const JudgeSettings& settings)
-    : settings_(settings), receiver_(config.gps), witnesses_(integrity::witnesses_of(config, max_receivers)) {
-  static_cast<void>(target);  // every target is judged alike
+Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target)
+    : settings_(config.integrity),
+      receiver_(config.gps),
+      nominal_(config.targets[static_cast<std::size_t>(target)].nominal),
+      witnesses_(integrity::witnesses_of(config, max_receivers)) {
   if (config.pad) pad_test_.emplace(config.pad->site);
   for (const Source& source : sources) names_.push_back(source.name);
   standing_.resize(witnesses_.size());
   stations_.resize(names_.size());
   judgements_.resize(names_.size());
   settled_.resize(max_receivers);
-  copies_.assign(max_receivers, integrity::Copies(settings.copies));
+  copies_.assign(max_receivers, integrity::Copies({.position_m = settings_.copy_position_m,
+                                                   .velocity_m_s = settings_.copy_velocity_m_s}));
   const int count = static_cast<int>(witnesses_.size());
   const int ground = count - max_receivers;
   // The one that tells a position comes first, a receiver before a radar.
@@ -151,22 +154,22 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   w.series.note(raw);
 }
 
-std::span<const Judgement> Judge::judge(Time epoch, std::span<const ChainState> chains,
-                                        std::span<const BiasEstimate> biases, bool in_flight, SourceSet forced,
-                                        SourceSet inhibited) {
+std::span<const Judgement> Judge::judge(const JudgedTick& tick, std::span<const ChainState> chains,
+                                        std::span<const BiasEstimate> biases) {
+  const Time epoch = tick.epoch;
   integrity::WitnessSet innocent = 0;
   for (std::size_t w = 0; w < witnesses_.size(); ++w) {
     const Witness& witness = witnesses_[w];
-    standing_[w].active = witness.series.heard() && (witness.sources & ~inhibited) != 0;
-    if ((witness.sources & forced) != 0) innocent |= only(static_cast<int>(w));
+    standing_[w].active = witness.series.heard() && (witness.sources & ~tick.inhibited) != 0;
+    if ((witness.sources & tick.forced) != 0) innocent |= only(static_cast<int>(w));
   }
   follow_reference(epoch, chains);
   for (std::size_t w = 0; w < std::min(biases.size(), witnesses_.size() - max_receivers); ++w)
     witnesses_[w].note_bias(epoch, biases[w]);
-  form_samples(epoch, in_flight);
+  form_samples(epoch, tick.in_flight);
   if (epoch.ns % integrity::grid_step.ns == 0) judge_biases(epoch, biases);
-  decide(epoch, innocent);
-  judge_stations(epoch, forced);
+  decide(tick, innocent);
+  judge_stations(epoch, tick.forced);
   publish();
   return judgements_;
 }

@@ -38,7 +38,8 @@ struct Judgement {
   IntegrityVerdict verdict = IntegrityVerdict::Agrees;
   Finding why = Finding::None;
   Time since;             ///< of the verdict
-  Time onset;             ///< the disagreement began no later: what the source taught after is undone
+  Time onset;             ///< the disagreement began about then
+  Time undone_from;       ///< what the source taught after is undone
   double test_value = 0;  ///< of the test that speaks most against it, in units of its threshold
   SourceSet against = 0;  ///< the sources that it disagrees with
   double apart_m = 0;     ///< from them; m/s where `why` is about velocity
@@ -46,10 +47,13 @@ struct Judgement {
   Name receiver;          ///< of a station: the receiver that is judged
 };
 
-struct JudgeSettings {
-  std::vector<Name> trust;  ///< in ties, the most trusted source first; empty: a tie stays one
-  integrity::CopyTolerance copies;
-  Duration readmit_after = milliseconds(10'000);  ///< of agreement
+/// What else is known at a judged tick.
+struct JudgedTick {
+  Time epoch;
+  bool in_flight = false;         ///< the vehicle is known to have left its pad
+  std::optional<Time> liftoff{};  ///< announced, or found from motion
+  SourceSet forced = 0;           ///< by operators: never excluded
+  SourceSet inhibited = 0;        ///< by operators: not judged
 };
 
 /// Judges the sources of one target. Stations that relay one receiver are one witness: they share its judgement, but
@@ -59,17 +63,17 @@ class Judge {
   /// Receivers of a target that are told apart; more are not judged.
   static constexpr int max_receivers = 3;
 
-  Judge(const RangeConfig& config, const SourceTable& sources, int target, const JudgeSettings& settings = {});
+  Judge(const RangeConfig& config, const SourceTable& sources, int target);
 
   /// Every observation of the target that INGEST accepted, in order of arrival; and every double of a fix
   /// (Reason::Duplicate), which is held against the first copy. Others are passed over.
   void note(SourceId source, const Observation& o);
 
-  /// Once per judged tick (10 Hz), epochs ascending. The chains' estimates are at `epoch`. `biases` by SourceId (those
-  /// of stations are passed over, and may be missing at the end): what the selected chain knows of each sensor's bias
-  /// now. `forced`: never excluded; `inhibited`: not judged. One Judgement per SourceId, until the next call.
-  std::span<const Judgement> judge(Time epoch, std::span<const ChainState> chains, std::span<const BiasEstimate> biases,
-                                   bool in_flight, SourceSet forced, SourceSet inhibited);
+  /// Once per judged tick (10 Hz), epochs ascending. The chains' estimates are at its epoch. `biases` by SourceId
+  /// (those of stations are passed over, and may be missing at the end): what the selected chain knows of each sensor's
+  /// bias now. One Judgement per SourceId, until the next call.
+  std::span<const Judgement> judge(const JudgedTick& tick, std::span<const ChainState> chains,
+                                   std::span<const BiasEstimate> biases);
 
   /// Of a receiver by its name, for ranges where one station relays several. None: not heard.
   [[nodiscard]] const Judgement* of_receiver(const Name& receiver) const;
@@ -135,8 +139,8 @@ class Judge {
   void judge_stations(Time epoch, SourceSet forced);
   /// Which pairs count, and how far ties are broken.
   enum class Evidence : std::uint8_t { Doubtful, Failing, FailingAndCharacter };
-  [[nodiscard]] integrity::Accusation accuse(Evidence evidence, integrity::WitnessSet innocent);
-  void decide(Time epoch, integrity::WitnessSet innocent);
+  [[nodiscard]] integrity::Accusation accuse(Evidence evidence, const JudgedTick& tick, integrity::WitnessSet innocent);
+  void decide(const JudgedTick& tick, integrity::WitnessSet innocent);
   [[nodiscard]] IntegrityVerdict verdict_on(int witness, const integrity::Accusation& named,
                                             const integrity::Accusation& suspected, bool tie_stands) const;
   void set_verdict(int witness, IntegrityVerdict verdict, Time epoch);
@@ -145,14 +149,16 @@ class Judge {
   [[nodiscard]] bool excluded(int witness) const;
   [[nodiscard]] bool explained(int witness, integrity::WitnessSet guilty) const;
   [[nodiscard]] bool agrees_again(int witness) const;
+  [[nodiscard]] Time undone_from(int witness, Time onset) const;
   [[nodiscard]] double own_break_about(int witness, Time onset) const;
   [[nodiscard]] int distrust(int witness) const;
   [[nodiscard]] bool undecided_third(Time epoch, integrity::WitnessSet involved) const;
   void publish();
 
-  JudgeSettings settings_;
+  IntegrityConfig settings_;
   std::vector<Name> names_;  ///< by SourceId
   GpsConfig receiver_;       ///< no receiver is believed to be better
+  NominalTrajectory nominal_;
   integrity::Threshold threshold_;
   integrity::BiasTest bias_test_;
   std::optional<integrity::PadTest> pad_test_;

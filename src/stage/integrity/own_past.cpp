@@ -95,14 +95,12 @@ bool impossible(const Witness& witness) {
   const Ring<Sample>& all = witness.series.samples();
   if (all.empty()) return false;
   const Sample& now = all.newest();
-  Position<Ecef> position{now.z};
-  if (witness.kind == WitnessKind::Angles) return false;
-  if (witness.kind == WitnessKind::Radar)
-    position = witness.model.site.ecef_of(enu_from_polar({now.z[0], now.z[1], now.z[2]}));
+  const std::optional<Position<Ecef>> position = told_position(witness, now);
+  if (!position) return false;
   constexpr auto elevation = static_cast<Eigen::Index>(BiasTerm::OffsetElevation);
   const double angle = sigmas * std::sqrt(witness.prior.cov(elevation, elevation));
   const double doubt_m = witness.is_receiver() ? 0 : now.z[0] * angle;
-  if (geodetic_from_ecef(position).height_m + doubt_m < deepest_m) return true;
+  if (geodetic_from_ecef(*position).height_m + doubt_m < deepest_m) return true;
   if (!witness.is_receiver() || all.size() < 2 || !now.velocity_valid || !all.newest(1).velocity_valid) return false;
   const double dt = since(all.newest(1), now);
   const Vec<3> change = (now.motion - all.newest(1).motion).segment<3>(3);

@@ -99,6 +99,7 @@ void Pair::judge(Time at, const TestResult& result) {
     }
   }
   if (result.ratio < calm || !compared_) calm_ = at;
+  if (!compared_) compared_first_ = at;
   whitened_ = result.whitened;
   apart_m_ = result.apart_m;
   value_before_ = value_;

@@ -30,6 +30,8 @@ class Pair {
   [[nodiscard]] bool doubtful() const { return fails_ || (exceeding_ >= 2 && value_ >= 1); }
   /// In the coarse test, that is: whatever the biases are within their priors.
   [[nodiscard]] bool coarsely() const { return coarsely_; }
+  /// How long they had been compared at `t`.
+  [[nodiscard]] Duration known_for(Time t) const { return compared_ ? t - compared_first_ : Duration{0}; }
   /// Of the newest comparison, as a multiple of the threshold.
   [[nodiscard]] double value() const { return value_; }
   /// The smaller of the last two values after `onset`; 0 where there are not two.
@@ -51,6 +53,7 @@ class Pair {
   int second_;
   std::array<std::optional<Reference>, ages> learnt_;  ///< with what GPS taught of the biases
   std::array<std::optional<Reference>, ages> prior_;   ///< without; of two sensors on the ground
+  Time compared_first_;                                ///< where `compared_`
   std::optional<Time> compared_;
   std::optional<Time> compared_before_;
   int exceeding_ = 0;  ///< in a row

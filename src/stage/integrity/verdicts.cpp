@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "exclusions.hpp"
 #include "judge.hpp"
+#include "nominal_test.hpp"
 #include "own_past.hpp"
 
 namespace downrange {
@@ -20,6 +22,10 @@ constexpr Duration recent = milliseconds(3000);
 constexpr Duration break_before = milliseconds(1000);
 constexpr Duration break_after = milliseconds(5000);
 constexpr double quiet_beside = 0.3;
+/// A lie that grows slowly has taught something before it could be told. Little is lost by undoing too much.
+constexpr Duration slow_beginning = milliseconds(10'000);
+/// Who began to disagree before anybody could compare it for so long may have lied all along.
+constexpr Duration long_agreement = milliseconds(30'000);
 constexpr int odd_copies = 2;  // in a row: the station is named
 
 bool has(WitnessSet set, int witness) { return (set & only(witness)) != 0; }
@@ -60,11 +66,14 @@ double Judge::own_break_about(int witness, Time onset) const {
     const integrity::Sample& sample = samples.newest(i);
     if (sample.epoch < onset - break_before) break;
     if (sample.epoch > onset + break_after) continue;
-    // A break that goes on is a reference track whose velocity is wrong.
+    // A break that goes on is a reference track whose velocity is wrong. One in the midst of a sample's measurements
+    // shows in two samples: their median may lie between.
     const double quiet = quiet_beside * sample.own_break;
-    const bool went_on = i + 1 < samples.size() && samples.newest(i + 1).own_break > quiet;
-    const bool goes_on = i > 0 && samples.newest(i - 1).own_break > quiet;
-    if (!went_on && !goes_on) most = std::max(most, sample.own_break);
+    std::size_t newer = i;
+    std::size_t older = i;
+    while (newer > 0 && samples.newest(newer - 1).own_break > quiet) --newer;
+    while (older + 1 < samples.size() && samples.newest(older + 1).own_break > quiet) ++older;
+    if (older - newer < 2) most = std::max(most, sample.own_break);
   }
   return most;
 }
@@ -81,7 +90,7 @@ int Judge::distrust(int witness) const {
   return static_cast<int>(settings_.trust.size());
 }
 
-Accusation Judge::accuse(Evidence evidence, WitnessSet innocent) {
+Accusation Judge::accuse(Evidence evidence, const JudgedTick& tick, WitnessSet innocent) {
   const auto active = [&](int w) { return standing_[static_cast<std::size_t>(w)].active; };
   const auto fails = [&](const Pair& p) { return evidence == Evidence::Doubtful ? p.doubtful() : p.fails(); };
   std::optional<Time> onset;
@@ -108,6 +117,8 @@ Accusation Judge::accuse(Evidence evidence, WitnessSet innocent) {
     if (onset) c.own_break = own_break_about(w, *onset);
     if (evidence == Evidence::FailingAndCharacter) {
       c.impossible = integrity::impossible(witnesses_[static_cast<std::size_t>(w)]);
+      if (tick.liftoff)
+        c.off_nominal = integrity::off_nominal(witnesses_[static_cast<std::size_t>(w)], nominal_, *tick.liftoff);
       c.distrust = distrust(w);
     }
   }
@@ -124,13 +135,14 @@ bool Judge::undecided_third(Time epoch, WitnessSet involved) const {
   return false;
 }
 
-void Judge::decide(Time epoch, WitnessSet innocent) {
-  Accusation named = accuse(Evidence::Failing, innocent);
+void Judge::decide(const JudgedTick& tick, WitnessSet innocent) {
+  const Time epoch = tick.epoch;
+  Accusation named = accuse(Evidence::Failing, tick, innocent);
   bool tie_stands = false;
   if (named.tied != 0) {
     if (!tied_since_) tied_since_ = epoch;
     tie_stands = epoch - *tied_since_ >= tie_wait || !undecided_third(epoch, named.tied | named.guilty);
-    if (tie_stands) named = accuse(Evidence::FailingAndCharacter, innocent);
+    if (tie_stands) named = accuse(Evidence::FailingAndCharacter, tick, innocent);
   } else {
     tied_since_.reset();
   }
@@ -139,7 +151,7 @@ void Judge::decide(Time epoch, WitnessSet innocent) {
     named.tied |= disputed;
     tie_stands = tie_stands || tied_since_ == std::nullopt;
   }
-  const Accusation suspected = accuse(Evidence::Doubtful, innocent);
+  const Accusation suspected = accuse(Evidence::Doubtful, tick, innocent);
   for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
     describe(w);
     set_verdict(w, verdict_on(w, named, suspected, tie_stands), epoch);
@@ -240,6 +252,14 @@ void Judge::describe(int witness) {
   }
   if (begins) j.onset = *onset;
   j.onset = std::min(j.onset, *onset);
+  j.undone_from = undone_from(witness, j.onset);
+}
+
+Time Judge::undone_from(int witness, Time onset) const {
+  if (guilty_alone(witness) == Finding::OffPad) return before_all;
+  const bool agreed_before = std::ranges::any_of(
+      pairs_, [&](const Pair& p) { return p.has(witness) && p.known_for(onset) >= long_agreement; });
+  return agreed_before ? onset - slow_beginning : before_all;
 }
 
 void Judge::judge_stations(Time epoch, SourceSet forced) {
@@ -257,7 +277,7 @@ void Judge::judge_stations(Time epoch, SourceSet forced) {
     j.verdict = verdict;
     if (verdict == IntegrityVerdict::Agrees) continue;
     j.why = Finding::DifferingCopy;
-    j.onset = station.odd_since;
+    j.onset = j.undone_from = station.odd_since;
     j.apart_m = station.apart_m;
     j.against = station.against;
   }
