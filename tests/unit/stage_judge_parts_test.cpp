@@ -97,6 +97,24 @@ TEST(Identification, PhysicsThenNominalThenTrustDecideInThisOrder) {
   EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(first));
 }
 
+TEST(Identification, WhoIsExcludedIsNoGoodWitnessAgainstAnother) {
+  const int third = 3;
+  const WitnessSet excluded = only(first);
+  const std::vector<Character> characters(4);
+  std::vector<Edge> edges{fails(gps, first), fails(gps, second), passes(first, second)};
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(gps)) << "where it is not excluded";
+  const Accusation accusation = identify(edges, characters, 0, 0, excluded);
+  EXPECT_EQ(accusation.guilty, 0u);
+  EXPECT_EQ(accusation.tied, only(gps) | only(first) | only(second));
+  // Two more that agree with it: it was excluded wrongly.
+  edges.push_back(fails(gps, third));
+  edges.push_back(passes(first, third));
+  edges.push_back(passes(second, third));
+  EXPECT_EQ(identify(edges, characters, 0, 0, excluded).guilty, only(gps));
+  // Of two alone, the one that is excluded stays so.
+  EXPECT_EQ(identify(std::vector<Edge>{fails(gps, first)}, characters, 0, 0, excluded).guilty, only(first));
+}
+
 TEST(Identification, AForcedWitnessIsNeverNamed) {
   const std::vector<Edge> edges{fails(gps, first), fails(gps, second), passes(first, second)};
   EXPECT_EQ(identify(edges, std::vector<Character>(3), 0, only(gps), 0).guilty, only(first) | only(second));

@@ -7,13 +7,19 @@
 namespace downrange::integrity {
 namespace {
 
-/// Of the doubt that two explanations leave: chi2 of 12 is a likelihood ratio of 400.
-constexpr double decisive = 0.4;
+/// What it costs to accuse one more, one who was named before, and to leave a doubt as large as a threshold.
+constexpr double cost_of_new = 1;
+constexpr double cost_of_named = 0.1;
+constexpr double cost_of_doubt = 0.5;
+/// Of cost: explanations nearer to each other than this are tied. Of doubt 0.4, a chi2 of 12: a likelihood ratio of
+/// 400.
+constexpr double decisive = 0.2;
 /// A break with the own past counts beside another one from a third of it on.
 constexpr double comparable = 1.0 / 3;
 /// A break that no vote excuses: ten times the distance at which the test fails, squared.
 constexpr double overwhelming = 100;
 constexpr std::size_t most_covers = 256;
+constexpr int most_accused = 3;
 
 bool covers(WitnessSet set, const Edge& edge) { return (set & (only(edge.first) | only(edge.second))) != 0; }
 
@@ -28,14 +34,16 @@ struct Covers {
   }
 };
 
-/// All sets of at most `left` further witnesses that touch every failing edge: the first edge not touched needs one of
-/// its ends.
-void extend(std::span<const Edge> edges, WitnessSet innocent, WitnessSet so_far, int left, Covers& found) {
+/// All sets of at most `left` further witnesses, those named before not counted, that touch every failing edge: the
+/// first edge not touched needs one of its ends.
+void extend(std::span<const Edge> edges, WitnessSet innocent, WitnessSet named, WitnessSet so_far, int left,
+            Covers& found) {
   for (const Edge& edge : edges) {
     if (!edge.fails || covers(so_far, edge)) continue;
-    if (left == 0) return;
     for (const int end : {edge.first, edge.second}) {
-      if ((innocent & only(end)) == 0) extend(edges, innocent, so_far | only(end), left - 1, found);
+      const int needs = (named & only(end)) != 0 ? 0 : 1;
+      if ((innocent & only(end)) == 0 && needs <= left)
+        extend(edges, innocent, named, so_far | only(end), left - needs, found);
     }
     return;
   }
@@ -119,10 +127,11 @@ WitnessSet overwhelmed(std::span<const Edge> edges, std::span<const Character> c
 }  // namespace
 
 Accusation identify(std::span<const Edge> edges, std::span<const Character> characters, WitnessSet alone,
-                    WitnessSet innocent, WitnessSet prefer) {
+                    WitnessSet innocent, WitnessSet named) {
   const WitnessSet certain = (alone | overwhelmed(edges, characters)) & ~innocent;
   Covers covers;
-  for (int size = 0; size <= 3 && covers.count == 0; ++size) extend(edges, innocent, certain, size, covers);
+  for (int size = 0; size <= most_accused && covers.count == 0; ++size)
+    extend(edges, innocent, named, certain, size, covers);
   if (covers.count == 0) {
     Accusation lost{.guilty = certain, .tied = 0};
     for (const Edge& edge : edges) {
@@ -130,12 +139,13 @@ Accusation identify(std::span<const Edge> edges, std::span<const Character> char
     }
     return lost;
   }
-  keep_best(covers, [&](WitnessSet set) { return static_cast<double>(std::popcount(set & prefer)); });
-
-  // The explanation that leaves clearly less doubt than any other.
-  double least = doubt_without(edges, covers.set[0]);
-  for (std::size_t i = 1; i < covers.count; ++i) least = std::min(least, doubt_without(edges, covers.set[i]));
-  keep_best(covers, [&](WitnessSet set) { return doubt_without(edges, set) < least + decisive ? 1.0 : 0.0; });
+  const auto cost = [&](WitnessSet set) {
+    return cost_of_new * std::popcount(set & ~named) + cost_of_named * std::popcount(set & named) +
+           cost_of_doubt * doubt_without(edges, set);
+  };
+  double least = cost(covers.set[0]);
+  for (std::size_t i = 1; i < covers.count; ++i) least = std::min(least, cost(covers.set[i]));
+  keep_best(covers, [&](WitnessSet set) { return cost(set) < least + decisive ? 1.0 : 0.0; });
 
   keep_those_who_broke(covers, characters);
   // Physics; the nominal trajectory; the configured order of trust.

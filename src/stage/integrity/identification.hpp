@@ -37,9 +37,10 @@ struct Accusation {
 
 /// `alone`: witnesses that a test of their own has found guilty; so is who broke overwhelmingly with its own past when
 /// it began to disagree with one who did not, whatever the votes. `innocent`: never to be named (forced by an
-/// operator). `prefer`: named before; of sets of one size those that contain more of them are taken. Sets of up to
-/// three are tried beyond `alone`; what needs more is tied.
+/// operator). `named`: those excluded now. To accuse one of them again costs little: where one of them and one other
+/// disagree with a third, nobody can tell; two others are believed. A doubt that an explanation leaves costs as well.
+/// Sets of up to three are tried beyond `alone` and `named`; what needs more is tied.
 [[nodiscard]] Accusation identify(std::span<const Edge> edges, std::span<const Character> characters, WitnessSet alone,
-                                  WitnessSet innocent, WitnessSet prefer);
+                                  WitnessSet innocent, WitnessSet named);
 
 }  // namespace downrange::integrity
