@@ -161,12 +161,20 @@ FaultScore FaultJudge::score() const {
   return score;
 }
 
+bool is_too_far_off(const FaultScore& score, const FaultLimits& limits) {
+  if (!limits.error_m) return false;
+  return score.during.worst > std::max(*limits.error_m, as_without_ratio * score.without_liars_m.value_or(0));
+}
+
 std::vector<std::string> missed(const FaultScore& score, const FaultLimits& limits) {
   std::vector<std::string> all;
   if (!limits.majority_lies && score.confidently_wrong > 0)
     all.push_back(std::to_string(score.confidently_wrong) + " commands confidently wrong");
-  if (limits.error_m && score.during.worst > *limits.error_m)
+  if (is_too_far_off(score, limits)) {
     all.push_back(text("worst %.0f m, allowed %g m", score.during.worst, *limits.error_m));
+    if (score.without_liars_m)
+      all.back() += text(" or %g times the %.0f m without the liars", as_without_ratio, *score.without_liars_m);
+  }
   if (limits.recovery_s && score.recovers) {
     if (!score.recovery_s)
       all.push_back("does not recover");

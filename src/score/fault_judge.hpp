@@ -17,7 +17,7 @@ namespace downrange::score {
 
 /// What a fault may do. Where there is no number, nothing is expected.
 struct FaultLimits {
-  std::optional<double> error_m{};       ///< worst position error while it lasts
+  std::optional<double> error_m{};       ///< worst position error while it lasts, or as it is without the liars
   std::optional<double> recovery_s{};    ///< after its end
   std::optional<double> accusation_s{};  ///< after its begin, of a source that lies
   double bound_share = 0.999;            ///< of ticks with a bound, those that it covers
@@ -65,6 +65,8 @@ struct FaultScore {
   std::optional<Accusation> accusation{};
   bool recovers = false;               ///< there is an end to recover from
   std::optional<double> recovery_s{};  ///< none: not within `recovery_horizon`
+  /// Worst position error, while the fault lasts, of the same flight with the liars silent; where it was flown.
+  std::optional<double> without_liars_m{};
   std::vector<FaultSecond> seconds{};
 };
 
@@ -115,6 +117,11 @@ class FaultJudge final : public ResultSink {
   FaultScore score_;
 };
 
+/// Who excludes a liar has what is left: this much more than the worst error without it is as good.
+inline constexpr double as_without_ratio = 1.2;
+
+/// The error is larger than expected.
+[[nodiscard]] bool is_too_far_off(const FaultScore& score, const FaultLimits& limits);
 /// What is not as expected, one sentence each: "worst 812 m, allowed 50 m". None: all is.
 [[nodiscard]] std::vector<std::string> missed(const FaultScore& score, const FaultLimits& limits);
 

@@ -69,7 +69,10 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
     if (fine.ratio > worst.ratio) worst = fine;
   }
   if (!std::isfinite(worst.ratio)) return;
+  const bool failed = fails_;
   judge(a.epoch, worst);
+  // What was sampled since a slow lie began is no measure: of it one that tells the truth again would differ.
+  if (fails_ && !failed) learn(first, second, onset_);
   coarsely_ = coarse.ratio >= 1;
 }
 

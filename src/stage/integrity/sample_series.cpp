@@ -14,7 +14,7 @@ constexpr Duration same_epoch = milliseconds(1);
 constexpr Duration fix_step = milliseconds(1000);
 constexpr Duration fix_half = milliseconds(500);
 constexpr std::size_t raw_capacity = 512;
-constexpr std::size_t sample_capacity = 96;  // 48 s
+constexpr std::size_t sample_capacity = 150;  // 75 s: what was before a lie that is told late
 
 std::size_t fewest(double rate_hz) { return rate_hz >= 8 ? 3 : 1; }
 

@@ -36,7 +36,7 @@ struct Witness {
   double slow_sigma_m = 0;  ///< of a receiver, per axis
   KnownBias prior;          ///< calibration included
   SampleSeries series;
-  Ring<KnownBias> known{40};  ///< one each second
+  Ring<KnownBias> known{75};  ///< one each second
 
   [[nodiscard]] bool is_receiver() const { return kind == WitnessKind::Receiver; }
   [[nodiscard]] bool tells_position() const { return kind != WitnessKind::Angles; }
