@@ -190,6 +190,40 @@ TEST(Ts, ARadarThatStepsIsFoundAgain) {
   EXPECT_EQ(last, Verdict::Accepted);
 }
 
+/// An engine is cut off between two fixes. A receiver that jumps by 300 m is refused as ever, and leaves the track as
+/// it was.
+TEST(Ts, ACutOffIsNoFaultOfTheReceiver) {
+  for (const double jump_m : {0.0, 300.0}) {
+    MethodSettings settings = draw_flight(1, 1, false).settings;
+    settings.radars.clear();
+    const auto ts = make_method("ts", settings);
+    const Vec<3> start(-3.2e6, 4.2e6, 3.7e6);
+    const Vec<3> up = start.normalized();
+    double sigma_before_m = 0;
+    for (int t = 0; t < 40; ++t) {
+      const double burning = std::min(t, 20);
+      Measurement m;
+      m.epoch = Time{} + seconds(100.0 + t);
+      m.sequence = static_cast<std::uint64_t>(t) + 1;
+      m.measured = Fix{};
+      Fix& fix = test::fix(m);
+      fix.position.m = start + (2000 * t + 15 * burning * burning + 30 * burning * (t - burning)) * up;
+      fix.velocity.m_s = (2000 + 30 * burning) * up;
+      fix.velocity_valid = true;
+      fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
+      fix.sigma_velocity_m_s = 0.2;
+      const bool jumps = t == 30 && jump_m > 0;
+      if (jumps) fix.position.m += jump_m * up;
+      EXPECT_EQ(ts->process(m, m.epoch).verdict, jumps ? Verdict::Gated : Verdict::Accepted) << t;
+      const double sigma_m = std::sqrt(ts->fused(0, m.epoch)->cov.topLeftCorner<3, 3>().trace());
+      if (jumps) {
+        EXPECT_LT(sigma_m, 3 * sigma_before_m);
+      }
+      sigma_before_m = sigma_m;
+    }
+  }
+}
+
 TEST(Ts, DriftKeepsBiasesOpen) {
   Scene s = draw_scene(23, 4, 60);
   const auto still = make_method("ts", s.settings);

@@ -156,18 +156,6 @@ void Schmidt::note_learnt(Target& t, int source, const TimedPlot& plot, bool lea
   }
 }
 
-void Schmidt::open_gps_motion(Target& t) const {
-  constexpr MotionModel event{.noise = MotionModel::Noise::WhiteJerk, .q = 500, .gravity_aware = false};
-  const Mat<3, 3> Q = process_noise(event, (t.epoch - t.gps_epoch).seconds());
-  for (int i = 0; i < t.bank.count; ++i) {
-    Eigen::MatrixXd& P = t.bank.mode[static_cast<std::size_t>(i)].P;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 3; ++column)
-        P.block<3, 3>(gps_at + 3 * row, gps_at + 3 * column).diagonal().array() += Q(row, column);
-    }
-  }
-}
-
 void Schmidt::start(State& s, int target, Time epoch, const Gaussian<9>& estimate) const {
   Target& t = s.targets[static_cast<std::size_t>(target)];
   size_state(t, epoch, false);
@@ -240,17 +228,18 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   weigh();
   // The GPS track is the same in all modes: one judges for all.
   const Evidence<M>& e = evidence[0];
-  // An engine that was lit since the fix before is the first explanation, but of one fix only.
-  const Mat<9, 9> before = gps_motion(t).cov;
-  if (!e.singular && e.nis > gates_[M] && t.gps.confirmed && t.life.receiver.refused_count == 0) {
-    open_gps_motion(t);
-    weigh();
-    if (!(e.nis <= gates_[M])) {
-      for (int i = 0; i < t.bank.count; ++i)
-        t.bank.mode[static_cast<std::size_t>(i)].P.block<9, 9>(gps_at, gps_at) = before;
-    }
-  }
   const auto count = static_cast<std::size_t>(t.bank.count);
+  const Mat<9, 9> before = gps_motion(t).cov;
+  if (!e.singular && e.nis > gates_[M] && t.gps.confirmed && Arbitration::may_be_engine_event(t.life)) {
+    Mat<9, 9> opened = before;
+    Arbitration::add_engine_event(opened, t.epoch - t.gps_epoch);
+    const auto set = [&](const Mat<9, 9>& cov) {
+      for (std::size_t k = 0; k < count; ++k) t.bank.mode[k].P.block<9, 9>(gps_at, gps_at) = cov;
+    };
+    set(opened);
+    weigh();
+    if (!(e.nis <= gates_[M])) set(before);
+  }
   if (std::ranges::any_of(std::span(evidence).first(count), &Evidence<M>::singular))
     return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
   const Outcome outcome{.verdict = e.nis <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};

@@ -259,6 +259,15 @@ Arbitration::Misfit Arbitration::misfit(std::size_t source, const TimedPlot& plo
   });
 }
 
+void Arbitration::add_engine_event(Mat<9, 9>& cov, Duration since) {
+  constexpr MotionModel event{.noise = MotionModel::Noise::WhiteJerk, .q = 500, .gravity_aware = false};
+  const Mat<3, 3> Q = process_noise(event, since.seconds());
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    for (Eigen::Index column = 0; column < 3; ++column)
+      cov.block<3, 3>(3 * row, 3 * column).diagonal().array() += Q(row, column);
+  }
+}
+
 bool Arbitration::is_no_gps_error(const Vec<3>& error) const {
   static const double most = chi2_quantile(1 - 1e-6, 3);
   return gps_error_variance_ > 0 && error.squaredNorm() > most * gps_error_variance_;

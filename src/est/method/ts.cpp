@@ -239,7 +239,16 @@ Outcome Ts<N>::apply_fix(State& s, const Measurement& m) const {
   const TrackVelocity velocity{.m_s = now.mean.template segment<3>(3),
                                .sigma_m_s = std::sqrt(now.cov.template block<3, 3>(3, 3).trace())};
   if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
-  return update_by_fix(s, m);
+  const Outcome outcome = update_by_fix(s, m);
+  if (outcome.verdict != Verdict::Gated || !Arbitration::may_be_engine_event(t.life)) return outcome;
+  const Mat<N, N> before = t.track.estimate.cov;
+  Mat<9, 9> opened = before.template topLeftCorner<9, 9>();
+  Arbitration::add_engine_event(opened, m.epoch - t.life.receiver.accepted->epoch);
+  t.track.estimate.cov.template topLeftCorner<9, 9>() = opened;
+  const Outcome by_event = update_by_fix(s, m);
+  if (by_event.verdict == Verdict::Accepted) return by_event;
+  t.track.estimate.cov = before;
+  return outcome;
 }
 
 template <int N>

@@ -136,9 +136,6 @@ class Schmidt {
   Outcome apply_fix(State& s, const Measurement& m) const;
   void believe(Target& t, const Measurement& fix) const;
   void unite(Target& t, const Measurement& fix) const;
-  /// What the vehicle may have done since the last fix where an engine was lit or a stage let go: the motion is not as
-  /// modelled, which is no fault of the receiver.
-  void open_gps_motion(Target& t) const;
   template <int M>
   Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;

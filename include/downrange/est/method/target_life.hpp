@@ -132,6 +132,14 @@ class Arbitration {
   [[nodiscard]] static std::uint64_t other_radars(const TargetLife& life, const Measurement& plot) {
     return recent_radars(life, plot.epoch) & ~(std::uint64_t{1} << plot.source);
   }
+  /// A fix that the motion does not explain, though the fix before it was accepted: an engine that was lit or cut off
+  /// in between is the first explanation, but of one fix only.
+  [[nodiscard]] static bool may_be_engine_event(const TargetLife& life) {
+    return life.receiver.accepted && life.receiver.refused_count == 0;
+  }
+  /// What such an event may have done to a motion since the fix before, `since` ago: to add to the covariance of its
+  /// position, velocity and acceleration.
+  static void add_engine_event(Mat<9, 9>& cov, Duration since);
   /// No receiver's slow error is so large, in one of a million: then it is the motion that has gone elsewhere.
   [[nodiscard]] bool is_no_gps_error(const Vec<3>& error) const;
 
