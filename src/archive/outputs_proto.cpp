@@ -328,6 +328,7 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_expected_m(in.expected_m);
   out.set_residual_rad(in.residual_rad);
   out.set_expected_rad(in.expected_rad);
+  put_first(in.sigma_ratio, static_cast<int>(in.sigma_ratio.size()), out.mutable_sigma_ratio());
   out.set_suspect(in.suspect);
   out.set_forced(in.forced);
   out.set_since_ns(in.since.ns);
@@ -357,6 +358,8 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.expected_m = in.expected_m();
   out.residual_rad = in.residual_rad();
   out.expected_rad = in.expected_rad();
+  // None: an archive older than the field.
+  copy_array(in.sigma_ratio(), in.sigma_ratio_size(), out.sigma_ratio, "sigma_ratio", defect);
   out.suspect = in.suspect();
   out.forced = in.forced();
   out.since = {in.since_ns()};

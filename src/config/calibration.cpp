@@ -91,7 +91,9 @@ Eigen::MatrixXd covariance_of(const SensorBias& bias) {
   return cov;
 }
 
-std::string sensor_text(const std::string& list, const SensorBias& bias) {
+std::string sensor_text(const CalibratedSensor& sensor) {
+  const std::string list(to_string(sensor.kind));
+  const SensorBias& bias = sensor.bias;
   const Eigen::MatrixXd cov = covariance_of(bias);
   const Eigen::VectorXd sigma = cov.diagonal().cwiseSqrt();
   std::string text = "\n[[" + list + "]]\nid = " + show_text(bias.sensor.view()) +
@@ -107,6 +109,8 @@ std::string sensor_text(const std::string& list, const SensorBias& bias) {
     text += "],\n";
   }
   text += "]\n";
+  const std::string noise = learnt_noise(sensor.kind, sensor.sigma_ratio);
+  if (!noise.empty()) text += "# Its noise, over the sigma configured: " + noise + '\n';
   for (int i = 0; i < bias.terms; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const std::string suffix = suffix_of(bias.term[k]);
@@ -191,7 +195,7 @@ std::string calibration_text(const CalibrationOrigin& origin, std::span<const Ca
   text += "\n[origin]\narchive = " + show_text(origin.archive) +
           "\nconfiguration = " + show_text(origin.configuration) +
           "  # SHA-256\nmethod = " + show_text(sensors.empty() ? "" : sensors.front().bias.method.view()) + '\n';
-  for (const CalibratedSensor& sensor : sensors) text += sensor_text(std::string(to_string(sensor.kind)), sensor.bias);
+  for (const CalibratedSensor& sensor : sensors) text += sensor_text(sensor);
   return text;
 }
 

@@ -20,11 +20,12 @@ struct CalibrationOrigin {
 struct CalibratedSensor {
   SourceKind kind = SourceKind::Radar;  ///< its table in the file
   SensorBias bias;
+  SigmaRatios sigma_ratio{};  ///< what was learnt of its noise
 };
 
-/// The file's text: each sensor's terms with value, 1-sigma and state, and their correlation. A term that the flight
-/// did not show keeps the sigma it had, so nothing is pretended. The biases are of one method and of different sensors,
-/// with positive definite covariances.
+/// The file's text: each sensor's terms with value, 1-sigma and state, and their correlation; its noise, for people, as
+/// a remark. A term that the flight did not show keeps the sigma it had, so nothing is pretended. The biases are of one
+/// method and of different sensors, with positive definite covariances.
 [[nodiscard]] std::string calibration_text(const CalibrationOrigin& origin, std::span<const CalibratedSensor> sensors);
 
 /// One sensor's table of such a file. Problems are reported; nothing when there are any.

@@ -325,7 +325,7 @@ Section antenna_section() {
 
 Section gps_section() {
   using G = GpsConfig;
-  return single<G>("gps", "The vehicle's receiver; accuracies that a message states override these.",
+  return single<G>("gps", "The vehicle's receiver; where a message states that it is worse, it is.",
                    [](ServiceConfig& c) -> G& { return c.range.gps; },
                    {
                        number("sigma_horizontal_m", at(&G::sigma_horizontal_m), {1e-3, 1e5}, optional,
@@ -446,6 +446,9 @@ Section fuse_section() {
                  optional, "acceleration between two plots of a radar, 1-sigma per axis (alpha-beta)"),
           number("gate_probability", at(&F::arbitration, &ArbitrationSettings::gate_probability), {0.5, 0.999999999},
                  optional, "share of good measurements that pass the gate"),
+          flag("adaptive_noise", at(&F::noise, &AdaptiveNoiseSettings::enabled), optional,
+               "the noise of each source is learnt in flight, from the sigma configured to a fifth and ten times of it "
+               "(joint, schmidt, ts)"),
           span("restart_after_s", at(&F::arbitration, &ArbitrationSettings::restart_after), {0.1, 600}, optional,
                "a track of which no source's measurement was accepted for so long starts anew"),
           integer("reopen_after", at(&F::arbitration, &ArbitrationSettings::reopen_after), {1, 1'000'000}, optional,

@@ -234,6 +234,7 @@ void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.expected_m(from.expected_m);
   to.residual_rad(from.residual_rad);
   to.expected_rad(from.expected_rad);
+  to.sigma_ratio(from.sigma_ratio);
   to.nis(from.nis);
   to.qualified(from.qualified);
   to.why(same_number<wire::Disqualification>(from.why));
@@ -268,6 +269,7 @@ Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
   to.expected_m = from.expected_m();
   to.residual_rad = from.residual_rad();
   to.expected_rad = from.expected_rad();
+  to.sigma_ratio = from.sigma_ratio();
   to.nis = from.nis();
   to.qualified = from.qualified();
   check.enumerator("why", from.why(), Disqualification::Excluded, to.why);

@@ -109,6 +109,11 @@ const std::vector<Experiment>& experiments() {
        500,
        {"exact", "linear", "fixed"},
        run_alphabeta},
+      {"noise",
+       "every sigma configured a third, right and three times: noise learnt in flight, and not",
+       40,
+       {"joint", "schmidt", "ts", "joint-fixed"},
+       run_noise},
   };
   return all;
 }

@@ -101,7 +101,7 @@ struct Experiment {
 /// "300 runs, seed 1".
 [[nodiscard]] std::string runs_text(const ExperimentResult& result);
 
-/// Those of the papers, in the order of est/THEORY.md: launch, kim2011, federated, spatial, alphabeta.
+/// Those of the papers, in the order of est/THEORY.md: launch, kim2011, federated, spatial, alphabeta, noise.
 [[nodiscard]] const std::vector<Experiment>& experiments();
 
 /// Each in a file of its own name. Throws std::invalid_argument for a method that it does not compare.
@@ -110,5 +110,6 @@ struct Experiment {
 [[nodiscard]] ExperimentResult run_federated(const ExperimentOptions& options);
 [[nodiscard]] ExperimentResult run_spatial(const ExperimentOptions& options);
 [[nodiscard]] ExperimentResult run_alphabeta(const ExperimentOptions& options);
+[[nodiscard]] ExperimentResult run_noise(const ExperimentOptions& options);
 
 }  // namespace downrange::experiment

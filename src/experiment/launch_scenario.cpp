@@ -146,6 +146,7 @@ MethodSettings Scene::settings(Kinematics kinematics, const BiasModel& bias) con
   s.gps_use.velocity = false;
   s.gps.error.enabled = false;
   s.gps.no_gps.enabled = false;
+  s.noise.enabled = false;
   s.cartesian_bias.window = 20;
   s.cartesian_bias.offset_drift_m_sqrt_s = 0;
   s.cartesian_bias.scale_drift_sqrt_s = 0;

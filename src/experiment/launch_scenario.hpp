@@ -65,8 +65,8 @@ class Scene {
   [[nodiscard]] Time liftoff() const { return scenario_.liftoff; }
   [[nodiscard]] const Site& site(int radar) const { return scenario_.radars[static_cast<std::size_t>(radar)].site; }
 
-  /// What every method is given: R as it is, no gate, no GPS error states, no regime without GPS, no history (nothing
-  /// is late), GPS without velocity; song2015 with the paper's windowed process noise alone.
+  /// What every method is given: R as it is and not learnt, no gate, no GPS error states, no regime without GPS, no
+  /// history (nothing is late), GPS without velocity; song2015 with the paper's windowed process noise alone.
   [[nodiscard]] MethodSettings settings(Kinematics kinematics, const BiasModel& bias) const;
 
  private:

@@ -24,6 +24,8 @@ ordered_json json_of(const SourceScore& source, OutlierOrigin origin) {
     if (reason != Reason::Accepted) reasons[std::string(to_string(reason))] = source.count[i];
   }
   const bool told = origin != OutlierOrigin::None;
+  ordered_json sigma_ratio = ordered_json::array();
+  for (const double ratio : source.sigma_ratio) sigma_ratio.push_back(number(ratio > 0, ratio));
   return {
       {"source", source.sensor.view()},
       {"kind", name_of(source.kind)},
@@ -37,7 +39,8 @@ ordered_json json_of(const SourceScore& source, OutlierOrigin origin) {
       {"nis_band_low", number(source.nis_count > 0, source.nis_band.low)},
       {"nis_band_high", number(source.nis_count > 0, source.nis_band.high)},
       {"least_nis_inside_95", number(source.least_nis_inside_95.has_value(), source.least_nis_inside_95.value_or(0))},
-      {"mismatch_s", source.mismatch_s}};
+      {"mismatch_s", source.mismatch_s},
+      {"sigma_ratio", sigma_ratio}};
 }
 
 ordered_json json_of(const SensorBias& bias) {

@@ -123,6 +123,7 @@ struct SourceTally {
   PlotErrors of_ingest;  ///< accepted by ingest
   PlotErrors of_method;  ///< by the method too
   std::vector<HealthSample> health;
+  SigmaRatios sigma_ratio{};
 };
 
 /// Disjoint windows from the end of the flight back.
@@ -214,6 +215,7 @@ class Scorer::Run : public ResultSink {
     score.outliers_rejected = rejected(tally.outliers, true);
     score.good_rejected = rejected(tally.good, false);
     add_consistency(tally.health, score);
+    score.sigma_ratio = tally.sigma_ratio;
     return score;
   }
 
@@ -406,6 +408,7 @@ class Scorer::Run : public ResultSink {
       if (key.second != health.sensor) continue;
       source.gated = of(Reason::Gated);
       source.frozen = of(Reason::Frozen);
+      source.sigma_ratio = health.sigma_ratio;
       source.health.push_back({.judged = of(Reason::Accepted) + source.gated,
                                .window = health.nis_count,
                                .inside_95 = health.nis_inside_95,

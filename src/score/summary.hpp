@@ -92,6 +92,7 @@ struct SourceScore {
   Band nis_band{.low = 0, .high = 1};           ///< where the true share may be, 95 % (honest_band)
   std::optional<double> least_nis_inside_95{};  ///< of a full window of the mismatch alarm; none: none was filled
   int mismatch_s = 0;                           ///< how long the alarm rang
+  SigmaRatios sigma_ratio{};                    ///< as learnt in the end
 
   [[nodiscard]] std::uint64_t accepted() const { return count[static_cast<std::size_t>(Reason::Accepted)]; }
   /// The one meaning of "rejected": by ingest, by the method's gate, or as frozen.

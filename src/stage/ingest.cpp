@@ -16,11 +16,8 @@ constexpr double radius_max_m = 5e7;
 /// This near to latitude and longitude 0, at any height, or to the Earth's centre, a position is none.
 constexpr double no_position_m = 10;
 constexpr double speed_max_m_s = 2e4;
-/// No receiver is better than this, whatever it states.
-constexpr double sigma_floor_m = 0.1;
 /// A receiver that states worse has no fix.
 constexpr double sigma_max = 1e5;
-constexpr double sigma_floor_m_s = 0.01;
 
 bool plausible_sigma(double sigma) { return sigma > 0 && sigma <= sigma_max; }
 
@@ -46,10 +43,6 @@ Plot plot_of(const RadarTspi& tspi) {
           .range_rate_valid = tspi.range_rate_valid,
           .snr_db = tspi.snr_db,
           .snr_valid = tspi.snr_valid};
-}
-
-double stated_or(double stated, double configured, double floor) {
-  return stated > 0 ? std::max(stated, floor) : configured;
 }
 
 /// Whether an instrument of this mode tells something of its own.
@@ -102,13 +95,12 @@ Observation Ingest::judge(const AngleTspi& tspi) {
 }
 
 Observation Ingest::judge(const GpsFix& message) {
-  const Fix fix{
-      .position = message.position,
-      .velocity = message.velocity,
-      .velocity_valid = message.velocity_valid,
-      .sigma_horizontal_m = stated_or(message.sigma_horizontal_m, config_.gps.sigma_horizontal_m, sigma_floor_m),
-      .sigma_vertical_m = stated_or(message.sigma_vertical_m, config_.gps.sigma_vertical_m, sigma_floor_m),
-      .sigma_velocity_m_s = stated_or(message.sigma_velocity_m_s, config_.gps.sigma_velocity_m_s, sigma_floor_m_s)};
+  const Fix fix{.position = message.position,
+                .velocity = message.velocity,
+                .velocity_valid = message.velocity_valid,
+                .sigma_horizontal_m = std::max(config_.gps.sigma_horizontal_m, message.sigma_horizontal_m),
+                .sigma_vertical_m = std::max(config_.gps.sigma_vertical_m, message.sigma_vertical_m),
+                .sigma_velocity_m_s = std::max(config_.gps.sigma_velocity_m_s, message.sigma_velocity_m_s)};
   Observation o = observation_of(message, message.station, fix);
   o.receiver = message.receiver;
   const auto has_fix = [&] {

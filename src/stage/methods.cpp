@@ -34,6 +34,7 @@ MethodSettings settings_of(const RangeConfig& config) {
   s.motion = config.fuse.motion;
   s.gps_use = config.gps.use;
   s.gps = config.align.gps;
+  s.noise = config.fuse.noise;
   s.cartesian_bias = config.align.cartesian_bias;
   s.cartesian_fusion = config.fuse.cartesian_fusion;
   s.quick_look = config.fuse.quick_look;
@@ -52,6 +53,7 @@ std::vector<RadarModel> radar_models(const RangeConfig& config) {
                                 .azimuth_rad = sigma.azimuth_rad * angle,
                                 .elevation_rad = sigma.elevation_rad * angle},
                       .azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky,
+                      .angle_inflation = radar.angle_inflation,
                       .bias = bias_model_of(radar),
                       .wander = radar.wander,
                       .sigma_range_rate_m_s = radar.sigma_range_rate_m_s,
@@ -64,6 +66,7 @@ std::vector<RadarModel> radar_models(const RangeConfig& config) {
                       .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad * angle,
                                 .elevation_rad = sensor.sigma_elevation_rad * angle},
                       .azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky,
+                      .angle_inflation = sensor.angle_inflation,
                       .bias = bias_model_of(sensor),
                       .wander = sensor.wander,
                       .refraction = refraction_of(sensor)});
@@ -88,7 +91,7 @@ Methods::Methods(const RangeConfig& config, const JudgeMaker& make_judge)
     chain_methods_.push_back(joined_name(prefix, chain.name().view(), chain_methods_.size()));
 }
 
-void Methods::process(const Observation& o, bool in_flight) {
+void Methods::process(const Observation& o, const Circumstances& of) {
   Measurement m;
   m.epoch = o.epoch;
   const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
@@ -96,7 +99,8 @@ void Methods::process(const Observation& o, bool in_flight) {
   m.target = index_of(config_.targets, o.target);
   m.sequence = o.sequence;
   m.measured = o.measured;
-  m.in_flight = in_flight;
+  m.in_flight = of.in_flight;
+  m.suspected = of.suspected;
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
   if (o.verdict == Reason::Accepted && m.epoch >= newest) residuals_.note(source, m.target, o, primary());
   newest = std::max(newest, m.epoch);

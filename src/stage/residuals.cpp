@@ -23,9 +23,10 @@ void Residuals::note(SourceId source, int target, const Observation& o, const Me
   if (!track || o.epoch - track->data_epoch > oldest_track || !track->mean.head(track->size).allFinite()) return;
   Squares s;
   if (const auto* fix = std::get_if<Fix>(&o.measured)) {
-    s = squares(*fix, *track);
+    s = squares(method.account(source).noise.believed(*fix), *track);
   } else {
-    s = squares(radars_[static_cast<std::size_t>(source)], plot_of(o.measured), *track, method.bias(source));
+    s = squares(radars_[static_cast<std::size_t>(source)], plot_of(o.measured), *track, method.bias(source),
+                method.account(source).noise);
   }
   ++account.samples;
   account.newest = o.epoch;
@@ -47,14 +48,14 @@ Residuals::Squares Residuals::squares(const Fix& fix, const TrackEstimate& track
 }
 
 Residuals::Squares Residuals::squares(const RadarModel& radar, const Plot& plot, const TrackEstimate& track,
-                                      const BiasEstimate& bias) const {
+                                      const BiasEstimate& bias, const NoiseScale& noise) const {
   Vec<9> motion = Vec<9>::Zero();
   motion.head(track.size) = track.mean.head(track.size);
   Vec<bias_term_count> value = Vec<bias_term_count>::Zero();
   for (int i = 0; i < bias.terms; ++i) value[static_cast<int>(bias.term[static_cast<std::size_t>(i)])] = bias.value[i];
   const PredictedPlot predicted = predict_plot(radar, motion, value);
   const Vec<3> nu = plot_residual(plot.measured, predicted.q);
-  Vec<3> variance = plot_variance(radar, plot);
+  Vec<3> variance = plot_variance(radar, plot).cwiseProduct(noise.factors<3>(0));
   Mat<9, 9> P = Mat<9, 9>::Zero();
   P.topLeftCorner(track.size, track.size) = track.cov.topLeftCorner(track.size, track.size);
   variance += (predicted.d_motion * P * predicted.d_motion.transpose()).diagonal();

@@ -9,7 +9,8 @@
 namespace downrange {
 
 /// Root mean squares per axis over about `memory`, each beside what the track's covariance, the bias's and the noise
-/// let expect (their correlation neglected, which makes it rather too large). 0: nothing of that kind was seen.
+/// as learnt let expect (their correlation neglected, which makes it rather too large). 0: nothing of that kind was
+/// seen.
 struct ResidualSize {
   double m = 0;  ///< a radar's range, a fix's position
   double expected_m = 0;
@@ -47,7 +48,7 @@ class Residuals {
   };
   [[nodiscard]] Squares squares(const Fix& fix, const TrackEstimate& track) const;
   [[nodiscard]] Squares squares(const RadarModel& radar, const Plot& plot, const TrackEstimate& track,
-                                const BiasEstimate& bias) const;
+                                const BiasEstimate& bias, const NoiseScale& noise) const;
 
   std::vector<RadarModel> radars_;
   std::vector<Account> accounts_;  ///< by SourceId

@@ -40,14 +40,26 @@ SourceMonitor::SourceMonitor(const RangeConfig& config)
 }
 
 void SourceMonitor::note(const Integrity& record) {
-  const auto target = std::ranges::find(targets_, record.target);
-  if (target == targets_.end()) return;
-  const std::size_t first = static_cast<std::size_t>(target - targets_.begin()) * sources_.size();
+  const std::optional<std::size_t> first = verdicts_of(record.target);
+  if (!first) return;
   for (const SourceIntegrity& source : record.sources) {
     const SourceId id = sources_.find(source.sensor);
     if (id == no_source) continue;
-    verdicts_[first + static_cast<std::size_t>(id)] = {source.verdict, source.since, source.by};
+    verdicts_[*first + static_cast<std::size_t>(id)] = {source.verdict, source.since, source.by};
   }
+}
+
+std::optional<std::size_t> SourceMonitor::verdicts_of(const Name& target) const {
+  const auto found = std::ranges::find(targets_, target);
+  if (found == targets_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - targets_.begin()) * sources_.size();
+}
+
+bool SourceMonitor::doubted(const Observation& o) const {
+  const std::optional<std::size_t> first = verdicts_of(o.target);
+  const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
+  return first && source != no_source &&
+         verdicts_[*first + static_cast<std::size_t>(source)].verdict != IntegrityVerdict::Agrees;
 }
 
 const SourceMonitor::Verdict& SourceMonitor::verdict_on(SourceId source) const {
@@ -132,6 +144,8 @@ void SourceMonitor::add(Time tick, const SourceAccount& of_method, Account& acco
   health.nis_inside_95 = of_method.mismatch.share();
   health.nis_count = of_method.mismatch.innovations();
   health.mismatch = of_method.mismatch.rings();
+  for (std::size_t i = 0; i < health.sigma_ratio.size(); ++i)
+    health.sigma_ratio[i] = of_method.noise.sigma_ratio(static_cast<int>(i));
   account.frozen = of_method.rejected_in_row > 0 && (account.frozen || of_method.frozen != account.reported_frozen);
   account.reported_frozen = of_method.frozen;
   // What the account shows came within the second before.

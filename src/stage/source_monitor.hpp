@@ -6,6 +6,7 @@
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <optional>
 #include <vector>
 
 #include "orders.hpp"
@@ -27,6 +28,8 @@ class SourceMonitor {
   void count(const Observation& o);
   /// The newest of each target.
   void note(const Integrity& record);
+  /// By the newest record of its target, INTEGRITY does not agree with the observation's source.
+  [[nodiscard]] bool doubted(const Observation& o) const;
 
   /// One record per configured source, heard or not, and one for all that is not configured once something came of it.
   /// Call once a second.
@@ -71,6 +74,8 @@ class SourceMonitor {
   /// By integrity and operators; then since when it is so.
   void overrule(SourceId source, const Orders* orders, SourceHealth& health) const;
   static void tell_since(const StandingOrder* order, const Verdict& verdict, Account& account, SourceHealth& health);
+  /// Where the verdicts on sources of a target begin; none: no such target.
+  [[nodiscard]] std::optional<std::size_t> verdicts_of(const Name& target) const;
   /// The worst of all targets.
   [[nodiscard]] const Verdict& verdict_on(SourceId source) const;
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <downrange/stage/source_table.hpp>
 
 namespace downrange {
@@ -24,6 +25,20 @@ SourceKind kind_of(const Measured& measured) {
   static constexpr std::array kinds{SourceKind::Radar, SourceKind::Telemetry, SourceKind::AngleSensor};
   static_assert(kinds.size() == std::variant_size_v<Measured>);
   return kinds.at(measured.index());
+}
+
+std::string learnt_noise(SourceKind kind, const SigmaRatios& ratios) {
+  static constexpr std::array<std::string_view, 4> of_radar{"range", "azimuth", "elevation", "range rate"};
+  static constexpr std::array<std::string_view, 4> of_receiver{"horizontal", "vertical", "velocity", ""};
+  std::string text;
+  for (std::size_t i = 0; i < ratios.size(); ++i) {
+    if (!(ratios[i] > 0)) continue;
+    const std::int64_t hundredths = std::llround(100 * ratios[i]);
+    const std::string decimals = std::to_string(100 + hundredths % 100).substr(1);
+    text += (text.empty() ? "" : ", ") + std::string((kind == SourceKind::Telemetry ? of_receiver : of_radar)[i]) +
+            ' ' + std::to_string(hundredths / 100) + '.' + decimals;
+  }
+  return text;
 }
 
 SourceTable::SourceTable(const RangeConfig& config) {

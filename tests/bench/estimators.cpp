@@ -255,6 +255,16 @@ BENCHMARK(joint<Kinematics::Ca>)->Name("joint_ca/radars")->Arg(2)->Arg(5)->Arg(1
 BENCHMARK(joint<Kinematics::Launch>)->Name("joint_launch/radars")->Arg(2)->Arg(5)->Arg(10);
 BENCHMARK(joint<Kinematics::Vdie>)->Name("joint_vdie/radars")->Arg(2)->Arg(5)->Arg(10);
 
+/// The same with the noise kept as it is configured: read the ratio, it is what learning costs.
+template <Kinematics kinematics>
+void joint_noise_kept(benchmark::State& state) {
+  MethodSettings settings = settings_of(static_cast<int>(state.range(0)), 1, kinematics);
+  settings.noise.enabled = false;
+  run<Joint>(state, settings);
+}
+BENCHMARK(joint_noise_kept<Kinematics::Ca>)->Name("joint_ca_noise_kept/radars")->Arg(2)->Arg(5)->Arg(10);
+BENCHMARK(joint_noise_kept<Kinematics::Launch>)->Name("joint_launch_noise_kept/radars")->Arg(2)->Arg(5)->Arg(10);
+
 void schmidt(benchmark::State& state) {
   run<Schmidt>(state, settings_of(static_cast<int>(state.range(0)), 1, Kinematics::Ca));
 }

@@ -299,6 +299,7 @@ inline SourceHealth sample<SourceHealth>() {
   health.expected_m = 11.5;
   health.residual_rad = 0.002;
   health.expected_rad = 0.001;
+  health.sigma_ratio = {1.1, 0.9, 3, 0};
   health.suspect = true;
   health.forced = true;
   health.since = {4};

@@ -114,6 +114,15 @@ TEST_F(CalibrationFile, WhatIsWrittenIsWhatIsRead) {
   EXPECT_EQ(model.prior_cov.llt().info(), Eigen::Success);
 }
 
+TEST_F(CalibrationFile, TheNoiseThatWasLearntIsARemark) {
+  const std::string text =
+      calibration_text({.archive = "flight.mcap", .configuration = "0123"},
+                       std::vector<CalibratedSensor>{{SourceKind::Radar, drawn_bias("goheung", 1), {1.02, 3, 0, 0}},
+                                                     {SourceKind::Radar, drawn_bias("jeju", 2)}});
+  EXPECT_NE(text.find("# Its noise, over the sigma configured: range 1.02, azimuth 3.00\n"), std::string::npos) << text;
+  EXPECT_EQ(complaint(text), "none");
+}
+
 TEST_F(CalibrationFile, TheConfigurationInForceIsWhole) {
   const ServiceConfig config = load(calibrated_text);
   std::filesystem::remove(folder_ / "cal.toml");

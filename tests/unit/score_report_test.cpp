@@ -51,6 +51,20 @@ TEST(BiasReport, IsTheLastOfTheFirstMethodInTheUnitsOfAnEngineer) {
   EXPECT_NEAR(json["biases"][0]["terms"][3]["sigma"].get<double>(), 1e-3, 1e-15);
 }
 
+TEST(Report, TellsTheNoiseThatWasLearnt) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {1e6, 2, 1}));
+  SourceHealth health = make_health(3, 12345, 0, 1000, 0.95);
+  health.sigma_ratio = {0.98, 3.01, 2.97, 0};
+  run.emit(health);
+  const std::string text = format_text(scorer.summary());
+  EXPECT_NE(text.find("noise over configured: range 0.98, azimuth 3.01, elevation 2.97\n"), std::string::npos) << text;
+  const auto ratio = nlohmann::json::parse(format_json(scorer.summary()))["sources"][0]["sigma_ratio"];
+  EXPECT_EQ(ratio[1], 3.01);
+  EXPECT_TRUE(ratio[3].is_null());
+}
+
 TEST(Report, FitsAHundredColumnsAndSaysTheNumbers) {
   Scorer scorer(make_range(), "kslv", truth, liftoff,
                 {{"boost", 125, 160}, {"coast", 250, 390}, {"late", 370, 470}, {"all", 0, 480}});

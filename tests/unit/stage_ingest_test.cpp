@@ -22,6 +22,19 @@ struct RadarCase {
   Reason expected;
 };
 
+TEST(Ingest, NoReceiverIsBetterThanConfiguredWhateverItStates) {
+  const RangeConfig range = test::small_range();
+  Ingest ingest(range);
+  GpsFix message = fix_at(range.telemetry[0].id, 30, 1);
+  message.sigma_horizontal_m = 0.1;
+  message.sigma_vertical_m = 0;  // not stated
+  message.sigma_velocity_m_s = 3;
+  const auto fix = std::get<Fix>(ingest.judge(message).measured);
+  EXPECT_EQ(fix.sigma_horizontal_m, range.gps.sigma_horizontal_m);
+  EXPECT_EQ(fix.sigma_vertical_m, range.gps.sigma_vertical_m);
+  EXPECT_EQ(fix.sigma_velocity_m_s, 3);
+}
+
 TEST(Ingest, RadarReasons) {
   const RangeConfig range = test::small_range();
   const double nan = std::numeric_limits<double>::quiet_NaN();

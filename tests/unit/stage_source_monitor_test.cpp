@@ -217,6 +217,39 @@ TEST(SourceMonitor, PassesTheMethodsAlarmOnWhichDisqualifiesNothing) {
   EXPECT_EQ(state_of(health), "qualified");
 }
 
+TEST(SourceMonitor, TellsTheNoiseThatTheMethodHasLearnt) {
+  const RangeConfig range = small_range();
+  SourceMonitor monitor(range);
+  Accounts method(range);
+  monitor.count(plot(1));
+  EXPECT_EQ(health_at(monitor, 2, &method).sigma_ratio, SigmaRatios{});
+  NoiseScale& noise = method.accounts[0].noise;
+  ASSERT_TRUE(noise.open(liftoff, false, true));
+  noise.learn<1>(0, Vec<1>(1), {.verdict = Verdict::Accepted, .excess = Mat<1, 1>(20)});
+  const SourceHealth health = health_at(monitor, 3, &method);
+  EXPECT_EQ(health.sigma_ratio[0], noise.sigma_ratio(0));
+  EXPECT_GT(health.sigma_ratio[0], 1);
+  EXPECT_EQ(health.sigma_ratio[1], 0);
+  EXPECT_EQ(learnt_noise(SourceKind::Radar, {1.02, 0, 0.999, 10}), "range 1.02, elevation 1.00, range rate 10.00");
+  EXPECT_EQ(learnt_noise(SourceKind::Telemetry, {1, 0.05, 2.5, 0}), "horizontal 1.00, vertical 0.05, velocity 2.50");
+  EXPECT_EQ(learnt_noise(SourceKind::Telemetry, {}), "");
+}
+
+TEST(SourceMonitor, KnowsWhomIntegrityDoubts) {
+  SourceMonitor monitor(small_range());
+  EXPECT_FALSE(monitor.doubted(plot(1)));
+  Integrity record;
+  record.target = "kslv";
+  record.sources = {{.sensor = "goheung", .verdict = IntegrityVerdict::Suspect}, {.sensor = "goheung-tgs"}};
+  monitor.note(record);
+  EXPECT_TRUE(monitor.doubted(plot(1)));
+  EXPECT_FALSE(monitor.doubted(fix(1)));
+  EXPECT_FALSE(monitor.doubted(observed("nobody", Plot{}, 1)));
+  record.sources[0].verdict = IntegrityVerdict::Agrees;
+  monitor.note(record);
+  EXPECT_FALSE(monitor.doubted(plot(1)));
+}
+
 /// The health of goheung under these orders.
 SourceHealth health_under(SourceMonitor& monitor, const Orders& orders, double t) {
   Collector out;

@@ -113,7 +113,7 @@ struct TelemetryConfig {
   Site site;
 };
 
-/// The vehicle's receiver; a message's own stated accuracy overrides the sigmas.
+/// The vehicle's receiver. A message may state that it is worse; no receiver is believed to be better.
 struct GpsConfig {
   GpsUseSettings use;
   double sigma_horizontal_m = 5;
@@ -151,6 +151,7 @@ struct FuseConfig {
   ArbitrationSettings arbitration;
   StartSettings start;
   KinematicsSettings motion;
+  AdaptiveNoiseSettings noise;
   CartesianFusionSettings cartesian_fusion;
   QuickLookSettings quick_look;
   std::vector<Name> methods{"joint"};   ///< side by side; SLAVE points by the first

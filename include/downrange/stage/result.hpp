@@ -171,6 +171,8 @@ enum class Disqualification : std::uint8_t {
   Excluded,   ///< by INTEGRITY
 };
 
+using SigmaRatios = std::array<double, 4>;
+
 /// Running account of one source at one node.
 struct SourceHealth {
   Name sensor;
@@ -188,6 +190,9 @@ struct SourceHealth {
   double expected_m = 0;
   double residual_rad = 0;  ///< angles, on the sky, per axis
   double expected_rad = 0;
+  /// What the method has learnt of the source's noise, as 1-sigma over the configured one: of range, azimuth,
+  /// elevation, range rate; of a receiver's horizontal and vertical position and velocity. 0: nothing of that.
+  SigmaRatios sigma_ratio{};
   double nis = 0;                                 ///< running mean over degrees of freedom; 1 when right
   bool qualified = false;                         ///< delivering and not mostly rejected
   Disqualification why = Disqualification::None;  ///< it is not qualified

@@ -15,9 +15,11 @@
 namespace downrange::app {
 namespace {
 
-/// The last bias of each sensor by one method, and which methods the archive has biases of.
+/// The last bias of each sensor by one method and what was learnt of its noise, and which methods the archive has
+/// biases of.
 struct LastBiases {
   std::map<Name, SensorBias> by_sensor;
+  std::map<Name, SigmaRatios> noise;
   std::set<Name> methods;
   bool cut_off = false;
 };
@@ -26,6 +28,8 @@ LastBiases last_biases(const std::string& flight, const Name& method) {
   LastBiases last;
   archive::Reader reader(flight);
   while (const auto entry = reader.next()) {
+    if (const auto* health = std::get_if<SourceHealth>(&entry->record))
+      last.noise[health->sensor] = health->sigma_ratio;
     const auto* bias = std::get_if<SensorBias>(&entry->record);
     if (bias == nullptr) continue;
     last.methods.insert(bias->method);
@@ -46,7 +50,7 @@ std::string listed(const std::set<Name>& names) {
 int write_calibration(const std::string& flight, const std::string& method, const std::string& out,
                       const config::ServiceConfig& config) {
   const Name wanted = method.empty() ? config.range.fuse.methods.front() : Name(method);
-  const LastBiases last = last_biases(flight, wanted);
+  LastBiases last = last_biases(flight, wanted);
   if (last.by_sensor.empty())
     throw std::runtime_error(flight + " holds no biases of method " + std::string(wanted.view()) +
                              "; it has biases of: " + listed(last.methods));
@@ -57,7 +61,7 @@ int write_calibration(const std::string& flight, const std::string& method, cons
     if (found == last.by_sensor.end()) {
       std::cerr << "downrange: no bias of " << source.name.view() << " in " << flight << ": left out\n";
     } else {
-      sensors.push_back({source.kind, found->second});
+      sensors.push_back({source.kind, found->second, last.noise[source.name]});
     }
   }
   std::ofstream stream(out);

@@ -29,7 +29,7 @@ Joint::State Joint::initial() const {
     target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
-  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  s.accounts = accounts_of(settings_);
   return s;
 }
 
@@ -147,8 +147,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   Radar& radar = t.radars[static_cast<std::size_t>(m.source)];
   radar.epoch = m.epoch;
   ++radar.samples;
-  const auto& fix = t.life.receiver.accepted;
-  if (fix && m.epoch - fix->epoch <= settings_.gps.max_age) {
+  if (arbitration_.has_receiver(t.life, m.epoch)) {
     radar.referenced = true;
     radar.updated = m.epoch;
   }
@@ -185,8 +184,8 @@ void Joint::unite(Target& t, const Measurement& fix, const Vec<9>& track) const 
 }
 
 template <int M, class Linearise>
-Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate,
-                      const Linearise& linearise) const {
+Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, const Linearise& linearise,
+                      NoiseLesson<M>* lesson) const {
   std::array<BlockJacobian<M>, ModelSet::max_models> jacobian;
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
@@ -209,11 +208,13 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, dou
     S += t.bank.probability[i] * (e.S + (e.nu - nu) * (e.nu - nu).transpose());
   }
   const double nis = t.bank.count == 1 ? evidence[0].nis : nu.dot(S.llt().solve(nu));
-  const Outcome outcome{.verdict = nearest <= gate ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = M};
-  if (outcome.verdict != Verdict::Accepted) return outcome;
-  for (int i = 0; i < t.bank.count; ++i)
+  const Outcome outcome{.verdict = nearest <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = M};
+  const bool accepted = outcome.verdict == Verdict::Accepted;
+  for (int i = 0; i < t.bank.count && accepted; ++i)
     apply_evidence<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
-  reweigh(t.bank, log_likelihoods);
+  if (accepted) reweigh(t.bank, log_likelihoods);
+  if (lesson != nullptr) *lesson = noise_lesson<M>(t.bank, evidence, outcome.verdict);
+  if (!accepted) return outcome;
   if (settings_.motion.kinematics == Kinematics::Vdie) {
     t.manoeuvre.update<M>(jacobian[0], evidence[0]);
     t.manoeuvre.decide(t.bank.mode[0], motion_at, t.epoch);
@@ -232,13 +233,20 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
 Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
-  const Fix& fix = fix_of(m);
+  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, true);
+  const Fix fix = account.noise.believed(fix_of(m));
   if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
     give_error_to_motion(t.bank, motion_at, gps_error_at, settings_.gps.error.sigma_m);
   const auto use = [&]<int M>() {
-    return update<M>(t, account, fix_noise<M>(fix), gates_[M], [&](const Hypothesis& h, const MotionModel&) {
-      return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
-    });
+    NoiseLesson<M> lesson;
+    const Outcome outcome = update<M>(
+        t, account, fix_noise<M>(fix),
+        [&](const Hypothesis& h, const MotionModel&) {
+          return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
+        },
+        learns ? &lesson : nullptr);
+    if (learns) account.noise.learn<M>(fix, lesson);
+    return outcome;
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>() : use.template operator()<3>();
@@ -259,6 +267,17 @@ Outcome Joint::first_fix(State& s, const Measurement& m) const {
   return {};
 }
 
+template <int M, class Linearise>
+Outcome Joint::update_by_radar(Target& t, SourceAccount& account, bool learns, int first, const Vec<M>& configured,
+                               const Linearise& linearise) const {
+  const Vec<M> variance = configured.cwiseProduct(account.noise.factors<M>(first));
+  NoiseLesson<M> lesson;
+  const Outcome outcome =
+      update<M>(t, account, Mat<M, M>(variance.asDiagonal()), linearise, learns ? &lesson : nullptr);
+  if (learns) account.noise.learn<M>(first, variance, lesson);
+  return outcome;
+}
+
 Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const auto source = static_cast<std::size_t>(m.source);
@@ -271,16 +290,20 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
     open_time_tags(t.bank, motion_at, layout(t), others);
   }
   SourceAccount& account = s.accounts[source];
+  const bool learns =
+      settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
-    return update<M>(
-        t, account, plot_noise<First, M>(radar, plot), gates_[M], [&](const Hypothesis& h, const MotionModel& model) {
+    return update_by_radar<M>(
+        t, account, learns, First, plot_variance(radar, plot).segment<M>(First),
+        [&](const Hypothesis& h, const MotionModel& model) {
           const auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
           return std::pair(l.H, l.nu);
         });
   });
   if (!uses_range_rate(radar, plot)) return outcome;
   // Judged by itself: neither takes the other along when it is wrong.
-  note_part(account, update<1>(t, account, Mat<1, 1>(range_rate_variance(radar, plot)), gates_[1],
+  note_part(account,
+            update_by_radar<1>(t, account, learns, NoiseScale::range_rate, Vec<1>(range_rate_variance(radar, plot)),
                                [&](const Hypothesis& h, const MotionModel& model) {
                                  const auto l = linearise_range_rate(h, motion_at, model, radar, block, plot);
                                  return std::pair(l.H, l.nu);

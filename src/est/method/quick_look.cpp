@@ -85,7 +85,7 @@ QuickLook::QuickLook(MethodSettings settings) : settings_(std::move(settings)) {
       tracks_.emplace_back(RadarTracker(radar, tracker, settings_.arbitration.restart_after), RadarTracker::State{},
                            settings_.arbitration.history);
   }
-  accounts_.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  accounts_ = accounts_of(settings_);
 }
 
 void QuickLook::start(int target, Time epoch, const Gaussian<9>& estimate) {

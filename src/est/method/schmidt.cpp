@@ -38,7 +38,7 @@ Schmidt::State Schmidt::initial() const {
     target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
-  s.accounts.resize(settings_.radars.size() + static_cast<std::size_t>(settings_.stations));
+  s.accounts = accounts_of(settings_);
   reserve(s);
   return s;
 }
@@ -214,7 +214,8 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
 
 template <int M>
 Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m) const {
-  const Fix& fix = fix_of(m);
+  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, t.gps.confirmed);
+  const Fix fix = account.noise.believed(fix_of(m));
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   const auto weigh = [&] {
     for (int i = 0; i < t.bank.count; ++i) {
@@ -243,6 +244,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   if (std::ranges::any_of(std::span(evidence).first(count), &Evidence<M>::singular))
     return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
   const Outcome outcome{.verdict = e.nis <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
+  if (learns) account.noise.learn<M>(fix, noise_lesson<M>(t.bank, evidence, outcome.verdict));
   if (outcome.verdict != Verdict::Accepted) return outcome;
   for (int i = 0; i < t.bank.count; ++i)
     take_from<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)], gps_at);
@@ -310,9 +312,11 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   if (t.fused_started) {
     const Plot plot = plot_of(m.measured);
     SourceAccount& account = s.accounts[source];
-    outcome = with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m); });
+    const bool learns_noise =
+        settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, has_reference(t, m.epoch));
+    outcome = with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m, learns_noise); });
     if (uses_range_rate(settings_.radars[source], plot))
-      note_part(account, update_by_range_rate(t, account, source, plot));
+      note_part(account, update_by_range_rate(t, account, source, plot, learns_noise));
   } else if (gps_refuses(t, m)) {
     outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
@@ -359,12 +363,13 @@ bool Schmidt::knows_less(const Hypothesis& h, const BlockJacobian<M>& H, const M
 }
 
 template <int First, int M>
-Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m) const {
+Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m, bool learns_noise) const {
   const auto source = static_cast<std::size_t>(m.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Plot plot = plot_of(m.measured);
-  const Mat<M, M> R = plot_noise<First, M>(radar, plot);
+  const Vec<M> variance = plot_variance(radar, plot).segment<M>(First).cwiseProduct(account.noise.factors<M>(First));
+  const Mat<M, M> R = variance.asDiagonal();
 
   // What the fused track and what the GPS track say of the plot; its noise is common to both.
   std::array<Linearisation<M>, ModelSet::max_models> by_fused;
@@ -422,24 +427,26 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
     note_learnt(t, m.source, {.epoch = m.epoch, .plot = plot}, learns || t.without_gps);
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = plot});
+  if (follows) reweigh(t.bank, log_likelihoods);
+  if (learns_noise) account.noise.learn<M>(First, variance, noise_lesson<M>(t.bank, of_fused, outcome.verdict));
   if (!follows) return outcome;
-  reweigh(t.bank, log_likelihoods);
   const Evidence<M>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
   note_innovation<M>(account, shown.nu, shown.S, shown.nis);
   return outcome;
 }
 
-Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot) const {
+Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot,
+                                      bool learns_noise) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
-  const Mat<1, 1> R(range_rate_variance(radar, plot));
+  const Vec<1> R(range_rate_variance(radar, plot) * account.noise.factor(NoiseScale::range_rate));
   std::array<Evidence<1>, ModelSet::max_models> evidence;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto l = linearise_range_rate(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot);
-    evidence[k] = evidence_of<1>(t.bank.mode[k], l.H, l.nu, R);
+    evidence[k] = evidence_of<1>(t.bank.mode[k], l.H, l.nu, Mat<1, 1>(R));
     if (evidence[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = 1};
     log_likelihoods[i] = evidence[k].log_likelihood;
     if (evidence[k].nis < nearest) nearest = evidence[k].nis;
@@ -447,9 +454,9 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
   const Evidence<1>& shown = evidence[static_cast<std::size_t>(likeliest(t.bank))];
   const Outcome outcome{
       .verdict = nearest <= gates_[1] ? Verdict::Accepted : Verdict::Gated, .nis = shown.nis, .dof = 1};
-  if (outcome.verdict != Verdict::Accepted) return outcome;
-  note_innovation<1>(account, shown.nu, shown.S, shown.nis);
-  for (int i = 0; i < t.bank.count; ++i) {
+  const bool accepted = outcome.verdict == Verdict::Accepted;
+  if (accepted) note_innovation<1>(account, shown.nu, shown.S, shown.nis);
+  for (int i = 0; i < t.bank.count && accepted; ++i) {
     const auto k = static_cast<std::size_t>(i);
     if (t.without_gps) {
       take_beside_gps(t.bank.mode[k], evidence[k]);
@@ -457,7 +464,9 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
       update_track(t.bank.mode[k], first_radar_, evidence[k]);
     }
   }
-  reweigh(t.bank, log_likelihoods);
+  if (accepted) reweigh(t.bank, log_likelihoods);
+  if (learns_noise)
+    account.noise.learn<1>(NoiseScale::range_rate, R, noise_lesson<1>(t.bank, evidence, outcome.verdict));
   return outcome;
 }
 

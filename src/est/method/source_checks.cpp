@@ -68,6 +68,13 @@ std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
   return mask;
 }
 
+std::vector<SourceAccount> accounts_of(const MethodSettings& settings) {
+  std::vector<SourceAccount> accounts(settings.radars.size() + static_cast<std::size_t>(settings.stations));
+  for (std::size_t i = 0; i < settings.radars.size(); ++i)
+    accounts[i].noise = NoiseScale::of_radar(settings.radars[i].angle_inflation);
+  return accounts;
+}
+
 void note_part(SourceAccount& account, const Outcome& outcome) {
   const bool tested = outcome.verdict == Verdict::Accepted || outcome.verdict == Verdict::Gated;
   if (tested && outcome.dof > 0) account.mismatch.add(outcome.nis, outcome.dof);

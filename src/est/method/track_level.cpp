@@ -33,7 +33,7 @@ typename TrackLevel<Rule>::State TrackLevel<Rule>::initial() const {
   State s;
   s.align = align_.initial();
   s.targets.resize(static_cast<std::size_t>(settings().targets), idle);
-  s.accounts.resize(settings().radars.size() + static_cast<std::size_t>(settings().stations));
+  s.accounts = accounts_of(settings());
   return s;
 }
 

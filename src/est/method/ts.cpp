@@ -36,6 +36,14 @@ Outcome outcome_of(SourceAccount& account, const TwoStageUpdate<M>& u) {
   return {.verdict = u.verdict, .nis = u.nis, .dof = M};
 }
 
+template <int M>
+NoiseLesson<M> lesson_of(const TwoStageUpdate<M>& u) {
+  if (u.verdict != Verdict::Accepted)
+    return {.verdict = u.verdict, .excess = u.innovation * u.innovation.transpose() - u.S};
+  const Eigen::LLT<Mat<M, M>> llt(u.S);
+  return {.verdict = u.verdict, .excess = noise_excess<M>(llt.matrixL(), llt.matrixL().solve(u.innovation))};
+}
+
 }  // namespace
 
 template <int N>
@@ -63,12 +71,11 @@ typename Ts<N>::State Ts<N>::initial() const {
   Target target;
   target.track = {{Vec<N>::Zero(), Mat<N, N>::Identity()}, Mat<N, Eigen::Dynamic>::Zero(N, layout_.size)};
   target.life = arbitration_.unborn();
-  return {
-      .bias = Shared(prior.x, prior.P),
-      .drifted = std::nullopt,
-      .targets = std::vector<Target>(static_cast<std::size_t>(settings_.targets), target),
-      .radars = std::vector<Radar>(settings_.radars.size()),
-      .accounts = std::vector<SourceAccount>(settings_.radars.size() + static_cast<std::size_t>(settings_.stations))};
+  return {.bias = Shared(prior.x, prior.P),
+          .drifted = std::nullopt,
+          .targets = std::vector<Target>(static_cast<std::size_t>(settings_.targets), target),
+          .radars = std::vector<Radar>(settings_.radars.size()),
+          .accounts = accounts_of(settings_)};
 }
 
 template <int N>
@@ -191,8 +198,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
   Radar& radar = s.radars[static_cast<std::size_t>(m.source)];
   radar.epoch = m.epoch;
   ++radar.samples;
-  const auto& fix = t.life.receiver.accepted;
-  if (fix && m.epoch - fix->epoch <= settings_.gps.max_age) radar.referenced = true;
+  if (arbitration_.has_receiver(t.life, m.epoch)) radar.referenced = true;
   return outcome;
 }
 
@@ -255,7 +261,8 @@ template <int N>
 Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
-  const Fix& fix = fix_of(m);
+  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, true);
+  const Fix fix = account.noise.believed(fix_of(m));
   bound_gps_error(s, t);
   const Vec<N> x = compensated_mean(t.track, s.bias);
   const auto use = [&]<int M>() {
@@ -269,7 +276,9 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
       nu.template head<3>() -= x.template tail<3>();
       H.template topRightCorner<3, 3>().setIdentity();
     }
-    return outcome_of<M>(account, update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gates_[M]));
+    const auto u = update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gates_[M]);
+    if (learns) account.noise.learn<M>(fix, lesson_of<M>(u));
+    return outcome_of<M>(account, u);
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
   return with_velocity ? use.template operator()<6>() : use.template operator()<3>();
@@ -305,17 +314,22 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, bias_term_count> C(3, block.terms);
   for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
   SourceAccount& account = s.accounts[source];
+  const bool learns =
+      settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
-    return outcome_of<M>(account, update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)),
-                                         Mat<M, N>(H.template middleRows<M>(First)), C.template middleRows<M>(First),
-                                         block.at, plot_noise<First, M>(radar, plot), gates_[M]));
+    const Vec<M> variance = plot_variance(radar, plot).segment<M>(First).cwiseProduct(account.noise.factors<M>(First));
+    const auto u =
+        update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)), Mat<M, N>(H.template middleRows<M>(First)),
+               C.template middleRows<M>(First), block.at, Mat<M, M>(variance.asDiagonal()), gates_[M]);
+    if (learns) account.noise.learn<M>(First, variance, lesson_of<M>(u));
+    return outcome_of<M>(account, u);
   });
-  if (uses_range_rate(radar, plot)) note_part(account, update_by_range_rate(s, t, source, plot));
+  if (uses_range_rate(radar, plot)) note_part(account, update_by_range_rate(s, t, source, plot, learns));
   return outcome;
 }
 
 template <int N>
-Outcome Ts<N>::update_by_range_rate(State& s, Target& t, std::size_t source, const Plot& plot) const {
+Outcome Ts<N>::update_by_range_rate(State& s, Target& t, std::size_t source, const Plot& plot, bool learns) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout_.radars[source];
   const Vec<9> motion = compensated_mean(t.track, s.bias).template head<9>();
@@ -325,8 +339,11 @@ Outcome Ts<N>::update_by_range_rate(State& s, Target& t, std::size_t source, con
   Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, bias_term_count> C(1, block.terms);
   for (int i = 0; i < block.terms; ++i) C[i] = predicted.d_bias[index(block.term[static_cast<std::size_t>(i)])];
   const Vec<1> nu(plot.range_rate_m_s - predicted.m_s);
-  return outcome_of<1>(s.accounts[source], update(s.bias, t.track, nu, H, C, block.at,
-                                                  Mat<1, 1>(range_rate_variance(radar, plot)), gates_[1]));
+  SourceAccount& account = s.accounts[source];
+  const Vec<1> variance(range_rate_variance(radar, plot) * account.noise.factor(NoiseScale::range_rate));
+  const auto u = update(s.bias, t.track, nu, H, C, block.at, Mat<1, 1>(variance), gates_[1]);
+  if (learns) account.noise.learn<1>(NoiseScale::range_rate, variance, lesson_of<1>(u));
+  return outcome_of<1>(account, u);
 }
 
 template <int N>

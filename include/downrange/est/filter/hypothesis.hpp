@@ -8,6 +8,7 @@
 #include <downrange/est/filter/gaussian.hpp>
 #include <downrange/est/filter/low_rank.hpp>
 #include <downrange/est/filter/model_set.hpp>
+#include <downrange/est/filter/noise_scale.hpp>
 #include <downrange/est/model/measurement.hpp>
 #include <downrange/est/model/plot_model.hpp>
 #include <downrange/est/model/sensors.hpp>
@@ -281,6 +282,21 @@ void interact(Bank& bank, const ModelSet& set, int motion_at, Time& mixed, Time 
 
 /// Bayes on the probabilities.
 void reweigh(Bank& bank, const Vec<ModelSet::max_models>& log_likelihoods);
+
+/// What a measurement with this evidence tells of its noise: the mean over the hypotheses by the bank's probabilities,
+/// which an accepted one has changed before.
+template <int M>
+[[nodiscard]] NoiseLesson<M> noise_lesson(const Bank& bank,
+                                          const std::array<Evidence<M>, ModelSet::max_models>& evidence,
+                                          Verdict verdict) {
+  NoiseLesson<M> lesson{.verdict = verdict};
+  for (int i = 0; i < bank.count; ++i) {
+    const Evidence<M>& e = evidence[static_cast<std::size_t>(i)];
+    lesson.excess += bank.probability[i] * (verdict == Verdict::Accepted ? noise_excess<M>(e.L, e.whitened)
+                                                                         : Mat<M, M>(e.nu * e.nu.transpose() - e.S));
+  }
+  return lesson;
+}
 
 /// The most probable hypothesis.
 [[nodiscard]] int likeliest(const Bank& bank);

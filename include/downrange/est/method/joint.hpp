@@ -91,8 +91,14 @@ class Joint {
   Outcome update_by_fix(State& s, const Measurement& m) const;
   Outcome first_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
+  /// `lesson`, where given, gets what the innovation tells of R.
   template <int M, class Linearise>
-  Outcome update(Target& t, SourceAccount& account, const Mat<M, M>& R, double gate, const Linearise& linearise) const;
+  Outcome update(Target& t, SourceAccount& account, const Mat<M, M>& R, const Linearise& linearise,
+                 NoiseLesson<M>* lesson) const;
+  /// By a radar's components from `first` on (NoiseScale), whose configured variances are given.
+  template <int M, class Linearise>
+  Outcome update_by_radar(Target& t, SourceAccount& account, bool learns, int first, const Vec<M>& configured,
+                          const Linearise& linearise) const;
   /// After a rejection; for a fix that is used after all, what became of it.
   Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
   void unite(Target& t, const Measurement& fix, const Vec<9>& track) const;

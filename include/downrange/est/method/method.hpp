@@ -6,6 +6,7 @@
 #include <downrange/est/filter/estimates.hpp>
 #include <downrange/est/filter/gaussian.hpp>
 #include <downrange/est/filter/model_set.hpp>
+#include <downrange/est/filter/noise_scale.hpp>
 #include <downrange/est/model/measurement.hpp>
 #include <downrange/est/model/sensors.hpp>
 #include <memory>
@@ -30,6 +31,7 @@ struct SourceAccount {
   int rejected_in_row = 0;
   RunningResidual residual;
   MismatchAlarm mismatch;  ///< share of NIS inside 95 %; rings where the source's model is wrong
+  NoiseScale noise;        ///< of methods that learn it
 };
 
 /// Where GPS stands at a radar's epoch: predicted from the fixes before it (the range paper), or smoothed by the next
@@ -95,6 +97,7 @@ struct MethodSettings {
   KinematicsSettings motion;
   GpsUseSettings gps_use;
   GpsSettings gps;
+  AdaptiveNoiseSettings noise;
   CartesianBiasSettings cartesian_bias;
   CartesianFusionSettings cartesian_fusion;
   QuickLookSettings quick_look;

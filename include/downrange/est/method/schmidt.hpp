@@ -140,12 +140,13 @@ class Schmidt {
   Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
   /// The fused track alone: what is not known of the biases is considered.
-  Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot) const;
+  Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot,
+                               bool learns_noise) const;
   /// Whether the fused track tells less of where a plot must lie than the plot's own noise.
   template <int M>
   [[nodiscard]] static bool knows_less(const Hypothesis& h, const BlockJacobian<M>& H, const Mat<M, M>& R);
   template <int First, int M>
-  Outcome correct(Target& t, SourceAccount& account, const Measurement& m) const;
+  Outcome correct(Target& t, SourceAccount& account, const Measurement& m, bool learns_noise) const;
 
   MethodSettings settings_;
   Arbitration arbitration_;

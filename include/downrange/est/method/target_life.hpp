@@ -117,6 +117,11 @@ class Arbitration {
   [[nodiscard]] bool was_silent(const TargetLife& life, const Measurement& fix) const {
     return fix.epoch - life.receiver.heard > gps_max_age_;
   }
+  /// The receiver tells where the target is: a fix was accepted not longer ago than its track is worth anything.
+  [[nodiscard]] bool has_receiver(const TargetLife& life, Time at) const {
+    const auto& accepted = life.receiver.accepted;
+    return accepted && at - accepted->epoch <= gps_max_age_;
+  }
   /// Its fixes came, but none was accepted for as long.
   [[nodiscard]] bool was_refused(const TargetLife& life, const Measurement& fix) const {
     const auto& accepted = life.receiver.accepted;

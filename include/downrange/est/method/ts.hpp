@@ -85,7 +85,7 @@ class Ts {
   Outcome apply_fix(State& s, const Measurement& m) const;
   Outcome update_by_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
-  Outcome update_by_range_rate(State& s, Target& t, std::size_t source, const Plot& plot) const;
+  Outcome update_by_range_rate(State& s, Target& t, std::size_t source, const Plot& plot, bool learns) const;
   /// As Joint's.
   void bound_gps_error(const State& s, Target& t) const;
   /// After a rejection; for a fix that is used after all, what became of it.

@@ -16,6 +16,7 @@ struct Measurement {
   std::uint64_t sequence = 0;
   Measured measured;
   bool in_flight = false;  ///< the vehicle is known to have left its pad
+  bool suspected = false;  ///< INTEGRITY doubts the source: nothing is learnt of its noise
 };
 
 [[nodiscard]] inline bool is_fix(const Measurement& m) { return std::holds_alternative<Fix>(m.measured); }

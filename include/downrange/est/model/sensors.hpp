@@ -33,6 +33,7 @@ struct RadarModel {
   /// sigma.azimuth_rad is on the sky, as a mount's pointing errors are: the noise of the azimuth itself is that over
   /// cos(elevation). False: it is the axis's own.
   bool azimuth_sigma_on_sky = false;
+  double angle_inflation = 1;  ///< what the angle variances of sigma, and of snr, contain beside the instrument's own
   /// Terms of joint, schmidt and ts; song2015 and the track-level rules always use their own Cartesian ones.
   BiasModel bias = bias_model({BiasBlock::Polar, BiasBlock::SezOffset, BiasBlock::Time});
   PointingWander wander{};
