@@ -98,8 +98,9 @@ std::vector<Figure> figures_of(const std::string& method, const Scores& scores) 
     for (int source = 0; source < sources; ++source) {
       const std::string of(source < launch::radars ? launch::radar_names[static_cast<std::size_t>(source)] : "GPS");
       const double share = s.nis[static_cast<std::size_t>(source)].value();
-      figures.push_back(learns ? within(name + "NIS inside, " + of, share, 0.93, 0.97)
-                               : shown(name + "NIS inside, " + of, share));
+      // Fixes are too few to be right for most of a flight.
+      figures.push_back(learns && source < launch::radars ? within(name + "NIS inside, " + of, share, 0.93, 0.97)
+                                                          : shown(name + "NIS inside, " + of, share));
     }
     if (learns) figures.push_back(shown(name + "range sigma learnt over true", s.ratio[0].rms()));
   }

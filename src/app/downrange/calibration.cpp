@@ -68,10 +68,12 @@ int write_calibration(const std::string& flight, const std::string& method, cons
   stream << config::calibration_text(
       {.archive = std::filesystem::path(flight).filename().string(), .configuration = config.hash}, sensors);
   if (!stream.flush()) throw std::runtime_error(out + ": cannot be written");
-  for (const auto& [kind, bias] : sensors) {
+  for (const auto& [kind, bias, ratios] : sensors) {
+    const std::string noise = learnt_noise(kind, ratios);
     const auto shown = std::count(bias.state.begin(), bias.state.begin() + bias.terms, BiasState::Converged);
     std::cout << text::printable(bias.sensor.view()) << ": " << bias.terms << " terms after " << bias.samples
-              << " plots, " << shown << " converged\n";
+              << " plots, " << shown << " converged" << (noise.empty() ? "" : "; noise over configured: ") << noise
+              << '\n';
   }
   std::cout << out << ": use it with calibration = \"" << out << "\" in a [[radar]] or [[angle_sensor]]\n";
   return last.cut_off ? exit_cut_off : exit_ok;

@@ -101,10 +101,10 @@ class NoiseScale {
   }
 
  private:
-  /// Inverse gamma of shape a and scale b.
+  /// Inverse gamma of shape a and scale b; at first worth sixteen plots, or eight fixes.
   struct Belief {
-    double a = 20;
-    double b = 20;
+    double a = 8;
+    double b = 8;
     [[nodiscard]] double scale() const { return b / a; }
   };
   using Beliefs = std::array<Belief, max_components>;

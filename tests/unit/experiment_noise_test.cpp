@@ -1,0 +1,48 @@
+/// The experiment noise, short: every sigma configured a third, right and three times, and what is learnt in flight
+/// mends it; the same on any number of threads.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "experiment/experiment.hpp"
+#include "experiment/report.hpp"
+
+namespace downrange::experiment {
+namespace {
+
+ExperimentResult run(int jobs, std::vector<std::string> methods) {
+  return run_noise({.runs = 4, .seed = 3, .jobs = jobs, .methods = std::move(methods)});
+}
+
+double measured(const ExperimentResult& result, const std::string& what) {
+  const auto figure = std::ranges::find(result.figures, what, &Figure::what);
+  if (figure == result.figures.end()) throw std::runtime_error("no figure " + what);
+  return figure->measured;
+}
+
+TEST(NoiseExperiment, ReachesItsFiguresOnAnyNumberOfThreads) {
+  const ExperimentResult one = run(1, {"joint"});
+  const ExperimentResult two = run(2, {"joint"});
+  ASSERT_EQ(one.figures.size(), two.figures.size());
+  for (std::size_t i = 0; i < one.figures.size(); ++i) {
+    const Figure& figure = one.figures[i];
+    EXPECT_EQ(figure.measured, two.figures[i].measured) << figure.what;
+    EXPECT_TRUE(std::isfinite(figure.measured)) << figure.what;
+    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
+    EXPECT_TRUE(figure.reached) << figure.what << ' ' << figure.measured << ' ' << figure.reach;
+  }
+}
+
+/// What it is worth: the same flights with the sigmas kept.
+TEST(NoiseExperiment, WithoutLearningAThirdLosesTheTrackAndThreefoldIsNotHonest) {
+  const ExperimentResult kept = run(2, {"joint-fixed"});
+  EXPECT_GT(measured(kept, "joint-fixed, sigma / 3: good plots rejected, %"), 20);
+  EXPECT_GT(measured(kept, "joint-fixed, sigma / 3: rms over that of right"), 3);
+  EXPECT_GT(measured(kept, "joint-fixed, sigma x 3: NIS inside, jeju"), 0.99);
+  EXPECT_THROW((void)run(1, {"song2015"}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace downrange::experiment
