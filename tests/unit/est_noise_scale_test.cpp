@@ -15,8 +15,10 @@ namespace {
 /// configured sigma.
 class World {
  public:
-  explicit World(std::uint64_t seed, double angle_inflation = 1)
-      : rng_(seed), scale(NoiseScale::of_radar(angle_inflation)), inflation_(1, angle_inflation, angle_inflation) {}
+  explicit World(std::uint64_t seed, double angle_inflation = 1, bool wander_is_state = true)
+      : rng_(seed),
+        scale(NoiseScale::of_radar(angle_inflation, wander_is_state)),
+        inflation_(1, angle_inflation, angle_inflation) {}
 
   /// `error`: of the plot, where it is not drawn.
   Verdict plot(double true_sigma, bool suspected = false, bool referenced = true, std::optional<double> error = {}) {
@@ -76,6 +78,25 @@ TEST(NoiseScale, ThirdAndThreefoldAreFound) {
 
 TEST(NoiseScale, IsToldBesideTheConfiguredWhateverTheInflation) { EXPECT_NEAR(mean_ratio(1, 4000, 4), 1, 0.02); }
 
+/// Slow pointing errors do not show as white noise: where nothing else stands for them, the inflation stays.
+TEST(NoiseScale, InflationThatStandsForWanderIsNotUnlearnt) {
+  World world(1, 4, false);
+  world.plots(4000, 1);
+  EXPECT_NEAR(world.ratio(0), 1, 0.15);
+  EXPECT_NEAR(world.ratio(1), 2, 1e-9);
+  world.plots(4000, 3);
+  EXPECT_NEAR(world.ratio(1), 3, 0.3);
+}
+
+/// However many they are.
+TEST(NoiseScale, WhatNoNoiseCouldDoTeachesNothing) {
+  World world(1);
+  world.plots(1000, 1);
+  const double before = world.ratio(0);
+  for (int i = 0; i < 1000; ++i) (void)world.plot(1, false, true, 6000);
+  EXPECT_EQ(world.ratio(0), before);
+}
+
 TEST(NoiseScale, WaitsForThePlotsThatFindTheBiases) {
   World world(1);
   world.plots(NoiseScale::plots_before - 1, 3);
@@ -133,7 +154,7 @@ TEST(NoiseScale, ASuspectedSourceHasWhatItHadBefore) {
 TEST(NoiseScale, NothingWindsUp) {
   World world(5);
   world.plots(1000, 1);
-  for (int i = 0; i < 5000; ++i) (void)world.plot(1, false, true, 1e4);
+  for (int i = 0; i < 5000; ++i) (void)world.plot(1, false, true, i < 100 ? 30 : 100);
   EXPECT_LE(world.ratio(0), std::sqrt(NoiseScale::most) * (1 + 1e-9));
   world.plots(4500, 1);  // 100 exp(-4500 / 500) is left
   EXPECT_NEAR(world.ratio(0), 1, 0.1);

@@ -6,16 +6,18 @@
 namespace downrange {
 namespace {
 
-constexpr double most_of_a_rejected = 16;
+/// Forty sigmas: a fold, a wrong unit, another object. No noise.
+constexpr double no_noise = 1600;
 constexpr int least_recent = 20;
 constexpr double too_many = 0.2;
 constexpr double forgetting_of_radar = 1.0 / 500;
 
 }  // namespace
 
-NoiseScale NoiseScale::of_radar(double angle_inflation) {
+NoiseScale NoiseScale::of_radar(double angle_inflation, bool wander_is_state) {
   NoiseScale scale;
   scale.start_ = {1, angle_inflation, angle_inflation, 1};
+  if (!wander_is_state && angle_inflation > 1) scale.least_ = {least, angle_inflation, angle_inflation, least};
   scale.forgetting_ = forgetting_of_radar;
   scale.wait_ = plots_before;
   for (std::size_t i = 0; i < scale.belief_.size(); ++i) scale.belief_[i].b *= scale.start_[i];
@@ -64,14 +66,10 @@ bool NoiseScale::Recent::many_rejected() const {
 
 Mat<3, 3> NoiseScale::axes_of(const Fix& fix) { return enu_from_ecef_at(geodetic_from_ecef(fix.position)).R; }
 
-double NoiseScale::told(Verdict verdict, double variance, double excess) {
-  if (verdict == Verdict::Accepted) return 1 + variance * excess;
-  return std::clamp(1 + excess / variance, 0.0, most_of_a_rejected);
-}
-
-bool NoiseScale::teaches(bool of_range_rate, Verdict verdict) {
+bool NoiseScale::teaches(bool of_range_rate, Verdict verdict, double largest) {
   if (verdict != Verdict::Accepted && verdict != Verdict::Gated) return false;
   const bool rejected = verdict == Verdict::Gated;
+  if (rejected && !(largest <= no_noise)) return false;
   Recent& recent = recent_[of_range_rate ? 1 : 0];
   recent.add(rejected);
   // Taught by every outlier, the scale would be that of noise and outliers together.
@@ -85,7 +83,7 @@ void NoiseScale::add(int component, double sum, int count) {
   const double a = (1 - forgetting_) * belief.a + 0.5 * count;
   const double b = (1 - forgetting_) * belief.b + 0.5 * s * sum;
   if (!std::isfinite(b)) return;  // the innovation was none
-  belief = {.a = a, .b = a * std::clamp(b / a, least, most)};
+  belief = {.a = a, .b = a * std::clamp(b / a, least_[i], most)};
   learnt_[i] = true;
 }
 

@@ -29,7 +29,7 @@ Joint::State Joint::initial() const {
     target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
-  s.accounts = accounts_of(settings_);
+  s.accounts = accounts_of(settings_, true);
   return s;
 }
 

@@ -85,7 +85,7 @@ QuickLook::QuickLook(MethodSettings settings) : settings_(std::move(settings)) {
       tracks_.emplace_back(RadarTracker(radar, tracker, settings_.arbitration.restart_after), RadarTracker::State{},
                            settings_.arbitration.history);
   }
-  accounts_ = accounts_of(settings_);
+  accounts_ = accounts_of(settings_, false);
 }
 
 void QuickLook::start(int target, Time epoch, const Gaussian<9>& estimate) {

@@ -38,7 +38,7 @@ Schmidt::State Schmidt::initial() const {
     target.life = arbitration_.unborn();
     target.radars.resize(settings_.radars.size());
   }
-  s.accounts = accounts_of(settings_);
+  s.accounts = accounts_of(settings_, true);
   reserve(s);
   return s;
 }

@@ -22,7 +22,7 @@ Song2015::State Song2015::initial() const {
   State s;
   s.align = align_.initial();
   s.fused.resize(static_cast<std::size_t>(settings().targets));
-  s.accounts = accounts_of(settings());
+  s.accounts = accounts_of(settings(), false);
   return s;
 }
 

@@ -68,10 +68,12 @@ std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
   return mask;
 }
 
-std::vector<SourceAccount> accounts_of(const MethodSettings& settings) {
+std::vector<SourceAccount> accounts_of(const MethodSettings& settings, bool knows_wander) {
   std::vector<SourceAccount> accounts(settings.radars.size() + static_cast<std::size_t>(settings.stations));
-  for (std::size_t i = 0; i < settings.radars.size(); ++i)
-    accounts[i].noise = NoiseScale::of_radar(settings.radars[i].angle_inflation);
+  for (std::size_t i = 0; i < settings.radars.size(); ++i) {
+    const RadarModel& radar = settings.radars[i];
+    accounts[i].noise = NoiseScale::of_radar(radar.angle_inflation, knows_wander && radar.wander.sigma_rad > 0);
+  }
   return accounts;
 }
 

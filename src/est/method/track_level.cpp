@@ -33,7 +33,7 @@ typename TrackLevel<Rule>::State TrackLevel<Rule>::initial() const {
   State s;
   s.align = align_.initial();
   s.targets.resize(static_cast<std::size_t>(settings().targets), idle);
-  s.accounts = accounts_of(settings());
+  s.accounts = accounts_of(settings(), false);
   return s;
 }
 

@@ -75,7 +75,7 @@ typename Ts<N>::State Ts<N>::initial() const {
           .drifted = std::nullopt,
           .targets = std::vector<Target>(static_cast<std::size_t>(settings_.targets), target),
           .radars = std::vector<Radar>(settings_.radars.size()),
-          .accounts = accounts_of(settings_)};
+          .accounts = accounts_of(settings_, false)};
 }
 
 template <int N>

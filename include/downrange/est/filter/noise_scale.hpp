@@ -52,8 +52,9 @@ class NoiseScale {
 
   NoiseScale() = default;  ///< of a receiver
   /// `angle_inflation`: the factor on the configured variances of its angles that the noise R, as the filter is given
-  /// it, contains.
-  [[nodiscard]] static NoiseScale of_radar(double angle_inflation);
+  /// it, contains. Where it stands for slow pointing errors (`wander_is_state` is false), which white noise cannot
+  /// show, the scales of angles do not fall below it.
+  [[nodiscard]] static NoiseScale of_radar(double angle_inflation, bool wander_is_state);
 
   /// What the variance given for a component is to be multiplied by.
   [[nodiscard]] double factor(int component) const {
@@ -79,25 +80,25 @@ class NoiseScale {
   /// Of a plot's components from `first` on, `variance` as they were used.
   template <int M>
   void learn(int first, const Vec<M>& variance, const NoiseLesson<M>& lesson) {
-    if (!teaches(first == range_rate, lesson.verdict)) return;
-    for (int i = 0; i < M; ++i) add(first + i, told(lesson.verdict, variance[i], lesson.excess(i, i)), 1);
+    const Vec<M> seen = relative<M>(lesson.verdict, variance, lesson.excess.diagonal());
+    if (!teaches(first == range_rate, lesson.verdict, seen.maxCoeff())) return;
+    for (int i = 0; i < M; ++i) add<1>(first + i, seen.template segment<1>(i));
   }
   /// Of a fix of position, or position and velocity, `used` with these sigmas.
   template <int M>
   void learn(const Fix& used, const NoiseLesson<M>& lesson) {
-    if (!teaches(false, lesson.verdict)) return;
     const Mat<3, 3> R_enu_ecef = axes_of(used);
-    const Mat<3, 3> excess = R_enu_ecef * lesson.excess.template topLeftCorner<3, 3>() * R_enu_ecef.transpose();
-    const double horizontal = used.sigma_horizontal_m * used.sigma_horizontal_m;
-    const double vertical = used.sigma_vertical_m * used.sigma_vertical_m;
-    add(0, told(lesson.verdict, horizontal, excess(0, 0)) + told(lesson.verdict, horizontal, excess(1, 1)), 2);
-    add(1, told(lesson.verdict, vertical, excess(2, 2)), 1);
-    if constexpr (M == 6) {
-      const double velocity = used.sigma_velocity_m_s * used.sigma_velocity_m_s;
-      double sum = 0;
-      for (int i = 3; i < 6; ++i) sum += told(lesson.verdict, velocity, lesson.excess(i, i));
-      add(2, sum, 3);
-    }
+    Vec<M> variance = Vec<M>::Constant(used.sigma_velocity_m_s * used.sigma_velocity_m_s);
+    variance.template head<2>().setConstant(used.sigma_horizontal_m * used.sigma_horizontal_m);
+    variance[2] = used.sigma_vertical_m * used.sigma_vertical_m;
+    Vec<M> excess = lesson.excess.diagonal();
+    excess.template head<3>() =
+        (R_enu_ecef * lesson.excess.template topLeftCorner<3, 3>() * R_enu_ecef.transpose()).diagonal();
+    const Vec<M> seen = relative<M>(lesson.verdict, variance, excess);
+    if (!teaches(false, lesson.verdict, seen.maxCoeff())) return;
+    add<2>(0, seen.template segment<2>(0));
+    add<1>(1, seen.template segment<1>(2));
+    if constexpr (M == 6) add<3>(2, seen.template segment<3>(3));
   }
 
  private:
@@ -119,15 +120,25 @@ class NoiseScale {
   };
 
   [[nodiscard]] static Mat<3, 3> axes_of(const Fix& fix);
-  /// E[v^2] / R, at most 16 of what was rejected.
-  [[nodiscard]] static double told(Verdict verdict, double variance, double excess);
-  [[nodiscard]] bool teaches(bool of_range_rate, Verdict verdict);
-  /// `sum` of `count` values of E[v^2] / R.
+  /// E[v^2] / R.
+  template <int M>
+  [[nodiscard]] static Vec<M> relative(Verdict verdict, const Vec<M>& variance, const Vec<M>& excess) {
+    if (verdict == Verdict::Accepted) return Vec<M>::Ones() + variance.cwiseProduct(excess);
+    return (Vec<M>::Ones() + excess.cwiseQuotient(variance)).cwiseMax(0);
+  }
+  /// `largest`: of the values of E[v^2] / R.
+  [[nodiscard]] bool teaches(bool of_range_rate, Verdict verdict, double largest);
+  /// Values of E[v^2] / R.
+  template <int N>
+  void add(int component, const Vec<N>& seen) {
+    add(component, seen.cwiseMin(16).sum(), N);
+  }
   void add(int component, double sum, int count);
 
   std::array<double, max_components> start_{1, 1, 1, 1};  ///< what R contains of the scale
-  double forgetting_ = 1.0 / 100;                         ///< per measurement
-  int wait_ = 0;                                          ///< measurements before anything is learnt
+  std::array<double, max_components> least_{least, least, least, least};
+  double forgetting_ = 1.0 / 100;  ///< per measurement
+  int wait_ = 0;                   ///< measurements before anything is learnt
   Beliefs belief_{};
   std::bitset<max_components> learnt_;
   std::array<Recent, 2> recent_{};  ///< of position, and of range rate

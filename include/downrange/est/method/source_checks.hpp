@@ -46,8 +46,8 @@ struct LastFix {
 /// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
 [[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);
 
-/// By source id, of sources that have told nothing yet.
-[[nodiscard]] std::vector<SourceAccount> accounts_of(const MethodSettings& settings);
+/// By source id, of sources that have told nothing yet. `knows_wander`: the method has the wander of mounts as states.
+[[nodiscard]] std::vector<SourceAccount> accounts_of(const MethodSettings& settings, bool knows_wander);
 
 /// Counts what became of one measurement. What was weighed (dof > 0) tells the mismatch alarm, the gated ones too: of a
 /// wrong model they are the evidence.
