@@ -165,7 +165,8 @@ TEST(SourceMonitor, AFrozenReceiverIsNamedAtOnceAndUntilAFixIsAccepted) {
   Accounts method(range);
   SourceAccount& account = method.accounts[range.radars.size()];
   monitor.count(fix(1));
-  account = {.accepted = 5, .frozen = 1, .rejected_in_row = 1, .residual = {}, .mismatch = MismatchAlarm()};
+  account = {
+      .accepted = 5, .frozen = 1, .rejected_in_row = 1, .residual = {}, .mismatch = MismatchAlarm(), .noise = {}};
   EXPECT_EQ(state_of(health_at(monitor, 2, &method)), "frozen");
   EXPECT_EQ(state_of(health_at(monitor, 3, &method)), "frozen");  // no fix within this second
   account.rejected_in_row = 0;
