@@ -31,6 +31,7 @@ struct Flown {
 Flown fly_schmidt(bool with_gps = true) {
   Flight f = draw_flight(6, 12, true, with_gps);
   f.settings.motion.kinematics = Kinematics::Ca;
+  f.settings.noise.enabled = false;
   Schmidt schmidt(f.settings);
   Schmidt::State state = schmidt.initial();
   for (const Measurement& m : f.measurements) (void)schmidt.apply(state, m);
