@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "experiment/experiment.hpp"
 #include "experiment/launch_scenario.hpp"
@@ -96,11 +97,12 @@ std::vector<Figure> figures_of(const std::string& method, const Scores& scores) 
     figures.push_back(learns ? at_most(name + "good plots rejected, %", rejected, 0.3)
                              : shown(name + "good plots rejected, %", rejected));
     for (int source = 0; source < sources; ++source) {
-      const std::string of(source < launch::radars ? launch::radar_names[static_cast<std::size_t>(source)] : "GPS");
+      std::string what = name + "NIS inside, ";
+      what += source < launch::radars ? launch::radar_names[static_cast<std::size_t>(source)] : "GPS";
       const double share = s.nis[static_cast<std::size_t>(source)].value();
       // Fixes are too few to be right for most of a flight.
-      figures.push_back(learns && source < launch::radars ? within(name + "NIS inside, " + of, share, 0.93, 0.97)
-                                                          : shown(name + "NIS inside, " + of, share));
+      figures.push_back(learns && source < launch::radars ? within(std::move(what), share, 0.93, 0.97)
+                                                          : shown(std::move(what), share));
     }
     if (learns) figures.push_back(shown(name + "range sigma learnt over true", s.ratio[0].rms()));
   }

@@ -24,13 +24,9 @@ class Methods {
   /// `make_judge`: empty, nobody is judged.
   explicit Methods(const RangeConfig& config, const JudgeMaker& make_judge = {});
 
-  /// What is known beside an observation.
-  struct Circumstances {
-    bool in_flight = false;  ///< the vehicle is known to have left its pad
-    bool suspected = false;  ///< INTEGRITY doubts the source
-  };
   /// Brings one accepted observation into every method; a double of a fix (Reason::Duplicate) to INTEGRITY alone.
-  void process(const Observation& o, const Circumstances& of);
+  /// `in_flight`: the vehicle is known to have left its pad. `suspected`: INTEGRITY doubts the source.
+  void process(const Observation& o, bool in_flight, bool suspected = false);
 
   /// ALIGN's results: the bias of the observation's radar or tracker, for each method that accepted the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;

@@ -313,7 +313,7 @@ TEST(Integrity, AllocatesNothingInTheSteadyState) {
         methods.judge(tick, {}, sink);
         slave.tick(tick, methods.followed(), sink);
       }
-      if (o.verdict == Reason::Accepted) methods.process(o, {.in_flight = true});
+      if (o.verdict == Reason::Accepted) methods.process(o, true);
     });
     if (tick > liftoff + seconds(140.0)) allocated += now;
   }

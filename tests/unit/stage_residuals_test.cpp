@@ -78,6 +78,7 @@ TEST_F(ResidualsTest, WhatIsKnownOfTheBiasIsTakenOutAndItsSigmaExpected) {
 }
 
 TEST_F(ResidualsTest, OfAFixPerAxis) {
+  range.gps.sigma_horizontal_m = range.gps.sigma_vertical_m = 1;
   Ingest ingest(range);
   Residuals residuals(4, radar_models(range));
   for (int i = 0; i < 20; ++i) {
