@@ -233,8 +233,10 @@ Outcome Joint::apply_fix(State& s, const Measurement& m) const {
 Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
-  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, true);
-  const Fix fix = account.noise.believed(fix_of(m));
+  // The noise is the receiver's, whichever station relays it: the first has it for all.
+  NoiseScale& noise = s.accounts[settings_.radars.size()].noise;
+  const bool learns = settings_.noise.enabled && noise.open(m.epoch, m.suspected, true);
+  const Fix fix = noise.believed(fix_of(m));
   if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
     give_error_to_motion(t.bank, motion_at, gps_error_at, settings_.gps.error.sigma_m);
   const auto use = [&]<int M>() {
@@ -245,7 +247,7 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
           return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
         },
         learns ? &lesson : nullptr);
-    if (learns) account.noise.learn<M>(fix, lesson);
+    if (learns) noise.learn<M>(fix, lesson);
     return outcome;
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
