@@ -27,6 +27,7 @@ std::vector<PlausibleRow> rows(const std::function<void(double, PlausibleRow&)>&
 std::vector<PlausibleRow> radar(double range_unit = 1, double angle_unit = deg) {
   return rows([&](double t, PlausibleRow& row) {
     row.polar = {(12'000 + 300 * t) * range_unit, (120 + 0.1 * t) * angle_unit, (10 + 0.2 * t) * angle_unit};
+    row.range_valid = row.angles_valid = true;
   });
 }
 

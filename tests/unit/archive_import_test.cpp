@@ -1,5 +1,6 @@
 // The CSV importer: what a mapping says is what arrives, and nothing that is wrong goes by in silence.
 
+#include <algorithm>
 #include <cstdlib>
 #include <downrange/geo/site.hpp>
 #include <numbers>
@@ -74,10 +75,11 @@ TEST_F(ArchiveImport, BadRowsAreLeftOutCountedAndNamed) {
              "7,7.1,19x,351,0,0\n"
              "1e300,8.1,19,351,0,0\n"
              "9,9.1,1e999,351,0,0\n"
-             "10,10.1,20,351,0,0\n");
+             "10,10.1,20,351,0,0\n"
+             "11,11.1,,351,,0\n");
   const FileReport file = import(radar_mapping).files.at(0);
-  EXPECT_EQ(file.rows, 10u);
-  EXPECT_EQ(file.imported, 2u);
+  EXPECT_EQ(file.rows, 11u);
+  EXPECT_EQ(file.imported, 6u) << "four of them without range or without angles";
   EXPECT_EQ(file.malformed.count, 4u);
   ASSERT_EQ(file.malformed.first.size(), 4u);
   EXPECT_EQ(file.malformed.first[0].line, 3u);
@@ -85,10 +87,47 @@ TEST_F(ArchiveImport, BadRowsAreLeftOutCountedAndNamed) {
   EXPECT_EQ(file.malformed.first[1].line, 4u);
   EXPECT_EQ(file.malformed.first[1].what, "range_km: 'abc' is not a number");
   EXPECT_EQ(file.malformed.first[3].what, "time_s: '1e300' is no time of a flight");
-  EXPECT_EQ(file.not_finite.count, 4u);
-  EXPECT_EQ(file.not_finite.first[0].line, 5u);
-  EXPECT_EQ(file.not_finite.first[1].what, "range_km: empty");
+  EXPECT_EQ(file.not_finite.count, 1u);
+  EXPECT_EQ(file.not_finite.first[0].line, 12u);
+  EXPECT_EQ(file.not_finite.first[0].what, "neither a range nor both angles");
   EXPECT_EQ(radars().back().sequence, 10u) << "the sequence is the row's number, bad rows included";
+}
+
+TEST_F(ArchiveImport, APlotMayLackItsRangeOrItsAngles) {
+  write_text(folder_ / "radar.csv",
+             "time_s,recv_s,range_km,az_deg,el_deg,outlier\n"
+             "1,1.1,19,351,2,0\n"
+             "2,2.1,,351,2,0\n"
+             "3,3.1,20,,2,0\n"
+             "4,4.1,21,nan,nan,0\n");
+  const FileReport file = import(radar_mapping).files.at(0);
+  EXPECT_EQ(file.imported, 4u);
+  EXPECT_EQ(file.not_finite.count, 0u);
+  const auto told = [&](const char* note) { return std::ranges::count(file.notes, std::string(note)); };
+  EXPECT_EQ(told("1 plots without range"), 1);
+  EXPECT_EQ(told("2 plots without angles"), 1);
+  EXPECT_NE(file.plausibility.find("range 19.000 to 21.000 km"), std::string::npos) << file.plausibility;
+  const std::vector<RadarTspi> all = radars();
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_TRUE(all[0].range_valid && all[0].azimuth_valid && all[0].elevation_valid);
+  EXPECT_FALSE(all[1].range_valid);
+  EXPECT_TRUE(all[1].azimuth_valid && all[1].elevation_valid);
+  for (const std::size_t without_angles : {2U, 3U}) {
+    EXPECT_TRUE(all[without_angles].range_valid);
+    EXPECT_FALSE(all[without_angles].azimuth_valid || all[without_angles].elevation_valid);
+    EXPECT_EQ(all[without_angles].measured.elevation_rad, 0);
+  }
+}
+
+TEST_F(ArchiveImport, ARadarThatMeasuresRangeOnlyHasNoAngles) {
+  const std::string without_azimuth = replaced(radar_mapping, "{field = \"azimuth\", unit = \"deg\"}", "\"ignore\"");
+  EXPECT_NE(refusal(without_azimuth).find("only some of azimuth, elevation"), std::string::npos);
+  const std::string mapping =
+      replaced(without_azimuth, "{field = \"elevation\", unit = \"deg\", scale = -1}", "\"ignore\"");
+  write_text(folder_ / "radar.csv", "time_s,recv_s,range_km,az_deg,el_deg,outlier\n1,1.1,19,351,2,0\n");
+  EXPECT_EQ(import(mapping).files.at(0).imported, 1u);
+  EXPECT_TRUE(radars().at(0).range_valid);
+  EXPECT_FALSE(radars().at(0).azimuth_valid);
 }
 
 TEST_F(ArchiveImport, OddTimesAreReportedAndPassedOn) {

@@ -184,7 +184,13 @@ class FileImport {
     radar.sensor = mapping_.source;
     radar.target = mapping_.target;
     radar.epoch = v.epoch();
-    values.polar = {v.value(Field::Range), v.value(Field::Azimuth), v.value(Field::Elevation)};
+    values.range_valid = radar.range_valid = v.has(Field::Range);
+    values.angles_valid = radar.azimuth_valid = radar.elevation_valid = v.has_angles();
+    if (values.range_valid) values.polar.range_m = v.value(Field::Range);
+    if (values.angles_valid) {
+      values.polar.azimuth_rad = v.value(Field::Azimuth);
+      values.polar.elevation_rad = v.value(Field::Elevation);
+    }
     radar.measured = values.polar;
     radar.measured.azimuth_rad = wrap_two_pi(values.polar.azimuth_rad);
     radar.range_rate_m_s = or_zero(v, Field::RangeRate);
@@ -223,6 +229,7 @@ class FileImport {
     angles.target = mapping_.target;
     angles.epoch = v.epoch();
     values.polar = {0, v.value(Field::Azimuth), v.value(Field::Elevation)};
+    values.angles_valid = true;
     angles.azimuth_rad = wrap_two_pi(values.polar.azimuth_rad);
     angles.elevation_rad = values.polar.elevation_rad;
     angles.mode = mode_of(v);
@@ -261,8 +268,22 @@ class FileImport {
       notes.push_back("the header " + std::to_string(passed.headers) + " times again, or its units");
     if (passed.filtered > 0) notes.push_back(std::to_string(passed.filtered) + " rows not wanted by where");
     if (report_.left_empty > 0) notes.push_back(std::to_string(report_.left_empty) + " values not there or not finite");
+    tell_parts();
     if (passed.others > 0) notes.push_back(std::to_string(passed.others) + " rows of others");
     if (mapping_.sort == true) notes.emplace_back("rows sorted by epoch");
+  }
+
+  /// How many of a radar's plots lack their range or their angles.
+  void tell_parts() {
+    if (mapping_.kind != FileKind::Radar) return;
+    const auto lacking = [&](bool PlausibleRow::*part) {
+      return std::ranges::count_if(rows_, [&](const ReadRow& row) { return !(row.values.*part); });
+    };
+    const auto tell = [&](std::ptrdiff_t count, const char* what) {
+      if (count > 0) report_.notes.push_back(std::to_string(count) + " plots without " + what);
+    };
+    tell(lacking(&PlausibleRow::range_valid), "range");
+    tell(lacking(&PlausibleRow::angles_valid), "angles");
   }
 
   [[nodiscard]] std::string show_sentences() const {

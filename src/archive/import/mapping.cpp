@@ -149,8 +149,9 @@ void check_fields(MappingSection& section, const FileMapping& file) {
   }
   if (!file.has(Field::Epoch)) section.fail("columns", "no column for epoch");
   if (file.kind == FileKind::Radar) {
-    if (!has_group(section, file, {Field::Range, Field::Azimuth, Field::Elevation}, "range, azimuth, elevation")) {
-      section.fail("columns", "a radar file needs range, azimuth and elevation");
+    if (!has_group(section, file, {Field::Azimuth, Field::Elevation}, "azimuth, elevation") &&
+        !file.has(Field::Range)) {
+      section.fail("columns", "a radar file needs range, or azimuth and elevation, or all of them");
     }
     return;
   }

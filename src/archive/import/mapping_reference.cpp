@@ -12,7 +12,8 @@ leap_seconds   GPS time minus UTC, for files in GPS or TAI time; default: --conf
 
 [[file]]  one file of measurements; the same file may stand in several, with a filter each
   path           required
-  kind           radar, angles, gps or truth; required
+  kind           radar, angles, gps or truth; required. A radar's file, and each of its rows, has range, or azimuth and
+                 elevation, or all of them
   format         table (default), or nmea: NMEA 0183 sentences of a receiver (GGA or GNS; GST, RMC and ZDA where they are
                  there), which need no columns
   sensor         name of the radar or tracker (radar, angles); required

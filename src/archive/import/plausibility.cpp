@@ -80,8 +80,8 @@ class Judge {
   Plausibility run() {
     judge_times();
     if (kind_ == FileKind::Radar || kind_ == FileKind::Angles) {
-      judge_angles();
-      if (kind_ == FileKind::Radar) judge_range();
+      judge_angles(rows_with(&PlausibleRow::angles_valid));
+      judge_range(rows_with(&PlausibleRow::range_valid));
     } else {
       judge_positions();
     }
@@ -96,8 +96,14 @@ class Judge {
   void doubt(const std::string& text) { found_.doubts.push_back(text); }
 
   template <class Condition>
-  [[nodiscard]] bool for_most_rows(Condition condition) const {
-    return 2 * std::count_if(rows_.begin(), rows_.end(), condition) > std::ssize(rows_);
+  [[nodiscard]] static bool for_most(const std::vector<PlausibleRow>& rows, Condition condition) {
+    return 2 * std::count_if(rows.begin(), rows.end(), condition) > std::ssize(rows);
+  }
+
+  [[nodiscard]] std::vector<PlausibleRow> rows_with(bool PlausibleRow::*part) const {
+    std::vector<PlausibleRow> rows;
+    std::ranges::copy_if(rows_, std::back_inserter(rows), part);
+    return rows;
   }
 
   void judge_times() {
@@ -109,7 +115,7 @@ class Judge {
       steps.push_back(std::abs((rows_[i].epoch - rows_[i - 1].epoch).seconds()));
     }
     if (const double step = median(std::move(steps)); step > 0) add(format("%.4g rows/s", 1 / step));
-    if (for_most_rows([&](const PlausibleRow& r) { return std::abs(since(r)) > far_from_liftoff_s; })) {
+    if (for_most(rows_, [&](const PlausibleRow& r) { return std::abs(since(r)) > far_from_liftoff_s; })) {
       impossible(format("its times are %.1f days from lift-off: is liftoff right? Are the times of another unit "
                         "(unit = ...) or counted from another moment (since = ...)?",
                         times.least / day_s) +
@@ -165,14 +171,15 @@ class Judge {
     return {};
   }
 
-  void judge_angles() {
+  void judge_angles(const std::vector<PlausibleRow>& rows) {
+    if (rows.empty()) return;
     const auto azimuth = [](const PlausibleRow& r) { return r.polar.azimuth_rad; };
     const auto elevation = [](const PlausibleRow& r) { return r.polar.elevation_rad; };
-    const Span az = span_of(rows_, azimuth);
-    const Span el = span_of(rows_, elevation);
+    const Span az = span_of(rows, azimuth);
+    const Span el = span_of(rows, elevation);
     add(format("azimuth %.2f to %.2f deg", az.least / deg, az.most / deg));
     add(format("elevation %.2f to %.2f deg", el.least / deg, el.most / deg));
-    const bool beyond = for_most_rows([](const PlausibleRow& r) {
+    const bool beyond = for_most(rows, [](const PlausibleRow& r) {
       return std::abs(r.polar.elevation_rad) > 90.001 * deg || std::abs(r.polar.azimuth_rad) > 720 * deg;
     });
     if (beyond) {
@@ -184,17 +191,18 @@ class Judge {
     const double turn = 2 * std::numbers::pi * deg;  // a turn of radians, taken as degrees
     const bool small = std::max(std::abs(az.least), std::abs(az.most)) <= turn &&
                        std::max(std::abs(el.least), std::abs(el.most)) <= turn / 4;
-    if (small && rows_.size() > 1) {
+    if (small && rows.size() > 1) {
       doubt("every angle is small enough to be radians taken as degrees: unit = \"rad\"?");
     }
   }
 
-  void judge_range() {
+  void judge_range(const std::vector<PlausibleRow>& rows) {
+    if (rows.empty()) return;
     const auto range = [](const PlausibleRow& r) { return r.polar.range_m; };
-    const Span span = span_of(rows_, range);
+    const Span span = span_of(rows, range);
     add(format("range %.3f to %.3f km", span.least / 1000, span.most / 1000));
     const double speed =
-        median_speed(rows_, [&](const PlausibleRow& a, const PlausibleRow& b) { return range(b) - range(a); });
+        median_speed(rows, [&](const PlausibleRow& a, const PlausibleRow& b) { return range(b) - range(a); });
     add(format("closing %.0f m/s", speed));
     if (speed > impossible_speed_m_s) {
       impossible(
@@ -205,7 +213,7 @@ class Judge {
       impossible(
           format("its ranges are %.0f to %.0f km: metres taken as kilometres?", span.least / 1000, span.most / 1000));
     }
-    if (span.most < 1000 && rows_.size() > 1) {
+    if (span.most < 1000 && rows.size() > 1) {
       doubt(format("no range above %.1f m: kilometres taken as metres (unit = \"km\")?", span.most));
     }
   }

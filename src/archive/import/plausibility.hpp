@@ -15,7 +15,9 @@ namespace downrange::archive {
 struct PlausibleRow {
   Time epoch;
   Time received;
-  Polar polar;                      ///< radar; angles without range
+  Polar polar;                      ///< radar, angles
+  bool range_valid = false;         ///< polar.range_m says something
+  bool angles_valid = false;        ///< likewise its angles
   Position<Ecef> position;          ///< gps, truth
   std::optional<double> speed_m_s;  ///< stated, gps and truth
 };

@@ -24,6 +24,11 @@ constexpr const char* no_date =
     " is no date: they are year-month-day, year-day of year, or with date_order = \"dmy\" or \"mdy\" day or month "
     "first";
 
+/// What a radar's plot may lack, as long as it has its range or both angles.
+bool is_part_of_plot(FileKind kind, Field field) {
+  return kind == FileKind::Radar && (field == Field::Range || field == Field::Azimuth || field == Field::Elevation);
+}
+
 std::int64_t midnight_before(Time time) {
   const std::int64_t since = time.ns % day_ns;
   return time.ns - (since < 0 ? since + day_ns : since);
@@ -55,9 +60,18 @@ CellProblem RowValues::read(const std::vector<std::string_view>& fields, const s
     what_ = "latitude beyond a pole";
     return CellProblem::Malformed;
   }
+  if (mapping_.kind == FileKind::Radar && !has(Field::Range) && !has_angles()) {
+    what_ = "neither a range nor both angles";
+    return CellProblem::NotFinite;
+  }
   last_epoch_ = epoch_;
   last_received_ = received_;
   return CellProblem::None;
+}
+
+bool RowValues::may_be_absent(Field field) const {
+  // What a truth has of velocity cannot be left out of it.
+  return (info_of(field).optional && mapping_.kind != FileKind::Truth) || is_part_of_plot(mapping_.kind, field);
 }
 
 CellProblem RowValues::read_cell(const ColumnMapping& column, std::string_view text) {
@@ -68,9 +82,7 @@ CellProblem RowValues::read_cell(const ColumnMapping& column, std::string_view t
   const bool choice =
       std::any_of(column.values.begin(), column.values.end(), [&](const auto& v) { return v.first == text; });
   const bool none = declared || (is_no_value(text) && !choice);
-  // What a truth has of velocity cannot be left out of it.
-  const bool optional = field.optional && mapping_.kind != FileKind::Truth;
-  if (none && optional) {
+  if (none && may_be_absent(column.field)) {
     ++left_empty_;
     return CellProblem::None;
   }
@@ -130,7 +142,7 @@ CellProblem RowValues::read_number(const ColumnMapping& column, std::string_view
   }
   const double value = number.value * column.factor + column.offset;
   if (number.kind == NumberKind::NotFinite || !std::isfinite(value)) {
-    if (info_of(column.field).optional) {
+    if (may_be_absent(column.field)) {
       ++left_empty_;
       return CellProblem::None;
     }

@@ -38,6 +38,7 @@ class RowValues {
   [[nodiscard]] double value(Field field) const { return values_[static_cast<std::size_t>(field)]; }
   /// Whether the row has a value for the field.
   [[nodiscard]] bool has(Field field) const { return there_[static_cast<std::size_t>(field)]; }
+  [[nodiscard]] bool has_angles() const { return has(Field::Azimuth) && has(Field::Elevation); }
   [[nodiscard]] Time epoch() const { return epoch_; }
   [[nodiscard]] Time received() const { return received_; }
   /// Optional fields of the row that have no value.
@@ -46,6 +47,8 @@ class RowValues {
   [[nodiscard]] const std::string& clock_example() const { return clock_example_; }
 
  private:
+  /// A row is one without it.
+  [[nodiscard]] bool may_be_absent(Field field) const;
   CellProblem read_cell(const ColumnMapping& column, std::string_view text);
   CellProblem read_time(const ColumnMapping& column, std::string_view text);
   CellProblem read_number(const ColumnMapping& column, std::string_view text);
