@@ -1,5 +1,6 @@
 #pragma once
-/// The tables of a configuration file, one line per key (schema.cpp), and what is done with them: read, show, describe.
+/// The tables of a configuration file, one line per key (sections.hpp), and what is done with them: read, show,
+/// describe.
 
 #include <functional>
 #include <string>
