@@ -27,6 +27,36 @@ std::string one_decimal(double not_negative) {
 
 std::string two_digits(std::int64_t n) { return (n < 10 ? "0" : "") + std::to_string(n); }
 
+/// What speaks against it, behind its name; empty: nothing.
+std::string accusation_of(const Integrity& record, std::size_t source) {
+  const SourceIntegrity& s = record.sources[source];
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < record.sources.size(); ++i) {
+    if (i != source && (s.against >> i & 1U) != 0) names.push_back(text_of(record.sources[i].sensor));
+  }
+  const std::string others = list(names);
+  const bool known = s.apart_m > 0;
+  const std::string by_how_much = known ? " by " + distance_text(s.apart_m) : "";
+  switch (s.why) {
+    case Finding::CoarseVelocity:
+    case Finding::FineVelocity:
+      return " does not move as its own velocity says" + (known ? ", by " + one_decimal(s.apart_m) + " m/s" : "");
+    case Finding::OffPad:
+      return known ? " is " + distance_text(s.apart_m) + " off the pad" : "";
+    case Finding::DifferingCopy:
+      if (others.empty()) return "";
+      return " relays another fix than " + others + (known ? ", " + distance_text(s.apart_m) + " off," : "");
+    case Finding::CommonBias:
+      return " disagrees with all radars in the same way" + by_how_much;
+    case Finding::ImplausibleBias:
+      if (others.empty()) return known ? " would be biased beyond what is configured" + by_how_much : "";
+      break;
+    default:
+      break;
+  }
+  return others.empty() ? "" : " disagrees with " + others + by_how_much;
+}
+
 std::string by(const Name& who) { return who.empty() ? "" : " by " + text_of(who); }
 
 }  // namespace
@@ -63,21 +93,17 @@ std::string distance_text(double m) {
 std::string sentence(const Integrity& record, std::size_t source) {
   const SourceIntegrity& s = record.sources.at(source);
   const std::optional<Time> liftoff = record.liftoff_valid ? std::optional(record.liftoff) : std::nullopt;
-  std::vector<std::string> others;
-  for (std::size_t i = 0; i < record.sources.size(); ++i) {
-    if (i != source && (s.against >> i & 1U) != 0) others.push_back(text_of(record.sources[i].sensor));
-  }
+  const std::string accusation = accusation_of(record, source);
   std::string text = text_of(s.sensor);
-  if (!others.empty()) {
-    text += " disagrees with " + list(others);
-    if (s.apart_m > 0) text += " by " + distance_text(s.apart_m);
+  if (!accusation.empty()) {
+    text += accusation;
     if (s.onset.ns != 0) text += " since " + mission_time(s.onset, liftoff);
-    if (others.size() > 1 && s.agree_m > 0) text += "; these agree within " + distance_text(s.agree_m);
+    if ((s.against & (s.against - 1)) != 0 && s.agree_m > 0) text += "; these agree within " + distance_text(s.agree_m);
     text += ";";
   }
   switch (s.verdict) {
     case IntegrityVerdict::Agrees:
-      text += others.empty() ? " agrees" : " used";
+      text += accusation.empty() ? " agrees" : " used";
       break;
     case IntegrityVerdict::Suspect:
       text += " suspect, used";

@@ -15,6 +15,7 @@
 #include "small_range.hpp"
 #include "stage/ingest.hpp"
 #include "stage/integrity/judge.hpp"
+#include "stage/integrity_text.hpp"
 #include "stage/methods.hpp"
 
 namespace downrange::test {
@@ -91,7 +92,6 @@ struct Said {
   double t_s = 0;  ///< after lift-off
   SourceId source = 0;
   Judgement judgement;
-  std::string sentence;
 };
 
 struct JudgedFlight {
@@ -115,7 +115,8 @@ inline std::string described(const JudgedFlight& flight) {
   for (const Said& s : flight.said)
     text += "T" + std::to_string(s.t_s) + " source " + std::to_string(s.source) + " verdict " +
             std::to_string(static_cast<int>(s.judgement.verdict)) + ", onset T" +
-            std::to_string((s.judgement.onset - liftoff).seconds()) + ": " + s.sentence + "\n";
+            std::to_string((s.judgement.onset - liftoff).seconds()) + ": " + std::string(to_string(s.judgement.why)) +
+            ", " + distance_text(s.judgement.apart_m) + "\n";
   return text;
 }
 
@@ -173,8 +174,7 @@ inline JudgedFlight judged(const RangeConfig& range, const std::vector<Event>& e
     for (std::size_t s = 0; s < judgements.size(); ++s) {
       if (judgements[s].verdict == known[s]) continue;
       known[s] = judgements[s].verdict;
-      flight.said.push_back(
-          {t_s, static_cast<SourceId>(s), judgements[s], sentence(static_cast<SourceId>(s), judgements[s], sources)});
+      flight.said.push_back({t_s, static_cast<SourceId>(s), judgements[s]});
     }
   };
   const auto observe = [&](const Observation& o) {

@@ -53,6 +53,27 @@ TEST(IntegrityText, EveryVerdictHasItsWord) {
             "bias)");
 }
 
+TEST(IntegrityText, EveryFindingSaysWhatSpeaksAgainstTheSource) {
+  Integrity r = record();
+  const auto said = [&](Finding why, double apart, std::uint64_t against) {
+    r.sources[2].verdict = IntegrityVerdict::Excluded;
+    r.sources[2].why = why;
+    r.sources[2].apart_m = apart;
+    r.sources[2].against = against;
+    r.sources[2].onset = liftoff + seconds(5);
+    return sentence(r, 2);
+  };
+  EXPECT_EQ(said(Finding::OffPad, 28, 0), "jeju-tgs is 28 m off the pad since T+5.0; excluded (off the pad)");
+  EXPECT_EQ(said(Finding::CoarseVelocity, 41.24, 0),
+            "jeju-tgs does not move as its own velocity says, by 41.2 m/s since T+5.0; excluded (coarse velocity)");
+  EXPECT_EQ(said(Finding::DifferingCopy, 20, 0b001),
+            "jeju-tgs relays another fix than goheung, 20 m off, since T+5.0; excluded (differing copy)");
+  EXPECT_EQ(said(Finding::CommonBias, 480, 0),
+            "jeju-tgs disagrees with all radars in the same way by 480 m since T+5.0; excluded (common bias)");
+  EXPECT_EQ(said(Finding::ImplausibleBias, 900, 0),
+            "jeju-tgs would be biased beyond what is configured by 900 m since T+5.0; excluded (implausible bias)");
+}
+
 TEST(IntegrityText, WhatIsFollowed) {
   Integrity r = record();
   EXPECT_EQ(selection(r), "kslv follows all sources, UNBOUNDED");

@@ -275,31 +275,5 @@ TEST(Difference, OfTwoRadarsIsThatOfTheirPositionsByBothLinearisations) {
   }
 }
 
-TEST(Sentence, SaysWhoAgainstWhomAndHowFar) {
-  const SourceTable sources(test::small_range());
-  Judgement j;
-  EXPECT_EQ(sentence(2, j, sources), "");
-  j.verdict = IntegrityVerdict::Excluded;
-  j.why = Finding::FinePosition;
-  j.against = set_of(0) | set_of(1);
-  j.apart_m = 5040;
-  j.agree_m = 12.4;
-  EXPECT_EQ(sentence(2, j, sources), "GPS disagrees with goheung and jeju by 5.0 km; these agree within 12 m");
-  j.against = set_of(1) | set_of(2) | set_of(3);
-  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju and GPS by 5.0 km; these agree within 12 m");
-  j.against = set_of(1);
-  j.apart_m = 7.25;
-  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju by 7.3 m");
-  j.verdict = IntegrityVerdict::Ambiguous;
-  EXPECT_EQ(sentence(0, j, sources), "goheung disagrees with jeju by 7.3 m; nothing tells who is right");
-  j.why = Finding::DifferingCopy;
-  j.against = set_of(2);
-  j.apart_m = 20;
-  EXPECT_EQ(sentence(3, j, sources), "jeju-tgs relays another fix than goheung-tgs, 20 m off");
-  j.why = Finding::OffPad;
-  j.apart_m = 28;
-  EXPECT_EQ(sentence(2, j, sources), "GPS is 28 m off the pad");
-}
-
 }  // namespace
 }  // namespace downrange::integrity

@@ -178,8 +178,4 @@ class Judge {
   std::vector<Judgement> judgements_;  ///< by SourceId
 };
 
-/// "GPS disagrees with goheung and jeju by 5.0 km; these agree within 12 m". Empty where nothing speaks against the
-/// source.
-[[nodiscard]] std::string sentence(SourceId source, const Judgement& judgement, const SourceTable& sources);
-
 }  // namespace downrange
