@@ -8,10 +8,12 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <tuple>
 
 #include "sim/orbit_pass.hpp"
 #include "sim/random_stream.hpp"
 #include "sim/sensor_models.hpp"
+#include "sim/simulation.hpp"
 #include "stage/methods.hpp"
 
 namespace downrange::experiment::honesty {
@@ -161,19 +163,8 @@ std::vector<Event> events_of(const Profile& profile, const sim::Scenario& scenar
   liftoff.epoch = liftoff.received = scenario.liftoff;
   liftoff.simulated = scenario.simulated;
   std::vector<Event> events{liftoff};
-  for (const sim::RadarScenario& radar : scenario.radars) {
-    const auto plots = sim::simulate_radar(radar, scenario, profile.truth, seed).plots;
-    events.insert(events.end(), plots.begin(), plots.end());
-  }
-  if (!scenario.stations.empty()) {
-    const std::vector<GpsFix> fixes = sim::simulate_gps(scenario, profile.truth, seed);
-    events.insert(events.end(), fixes.begin(), fixes.end());
-  }
-  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
-    const Time received_a = received_of(a);
-    const Time received_b = received_of(b);
-    return received_a != received_b ? received_a < received_b : step_order_less(a, b);
-  });
+  std::ignore = sim::simulate_sensors(scenario, profile.truth, seed, events);
+  sim::sort_by_arrival(events);
   return events;
 }
 

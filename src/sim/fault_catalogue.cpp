@@ -21,6 +21,14 @@ constexpr Limits flight_time{-day_s, day_s};
 constexpr Limits longer_than_zero{1e-3, day_s};
 constexpr int most_radars = 64;
 
+/// `change(window)` of every sensor: when it measures.
+template <class Change>
+void for_each_window(Scenario& scenario, const Change& change) {
+  for (RadarScenario& radar : scenario.radars) change(radar.track);
+  for (RadarScenario& sensor : scenario.angle_sensors) change(sensor.track);
+  change(scenario.gps.active);
+}
+
 Eigen::Vector3d read_offset(TomlSection& toml) {
   return {toml.number("east_m", any, 0), toml.number("north_m", any, 0), toml.number("up_m", any, 0)};
 }
@@ -300,9 +308,7 @@ Scenario flown_as(Scenario scenario, const FlightVariant& variant, const RangeCo
     const auto begin_earlier = [&](Window& window) {
       if (window.first == scenario.start_s) window.first = *variant.start_s;
     };
-    for (RadarScenario& radar : scenario.radars) begin_earlier(radar.track);
-    for (RadarScenario& sensor : scenario.angle_sensors) begin_earlier(sensor.track);
-    begin_earlier(scenario.gps.active);
+    for_each_window(scenario, begin_earlier);
     scenario.start_s = *variant.start_s;
   }
   if (variant.end_s) end_at(scenario, *variant.end_s);
@@ -324,9 +330,7 @@ void end_at(Scenario& scenario, double end_s) {
   const auto cut = [&](Window& window) {
     if (window.second == scenario.end_s || window.second > end_s) window.second = std::max(window.first, end_s);
   };
-  for (RadarScenario& radar : scenario.radars) cut(radar.track);
-  for (RadarScenario& sensor : scenario.angle_sensors) cut(sensor.track);
-  cut(scenario.gps.active);
+  for_each_window(scenario, cut);
   scenario.end_s = end_s;
 }
 

@@ -35,30 +35,36 @@ std::vector<MissionEvent> mission_events(const Scenario& scenario) {
   return events;
 }
 
-bool arrives_before(const Event& a, const Event& b) {
-  const Time received_a = received_of(a);
-  const Time received_b = received_of(b);
-  return received_a != received_b ? received_a < received_b : step_order_less(a, b);
+}  // namespace
+
+std::vector<RadarTruth> simulate_sensors(const Scenario& scenario, const score::TruthFunction& truth,
+                                         std::uint64_t seed, std::vector<Event>& events) {
+  const auto append = [&](const auto& measured) { events.insert(events.end(), measured.begin(), measured.end()); };
+  std::vector<RadarTruth> radars;
+  for (const RadarScenario& radar : scenario.radars) {
+    RadarRun run = simulate_radar(radar, scenario, truth, seed);
+    append(run.plots);
+    radars.push_back({radar.id, run.bias, std::move(run.outlier_sequences)});
+  }
+  for (const RadarScenario& sensor : scenario.angle_sensors) append(simulate_angles(sensor, scenario, truth, seed));
+  if (!scenario.stations.empty()) append(simulate_gps(scenario, truth, seed));
+  return radars;
 }
 
-}  // namespace
+void sort_by_arrival(std::vector<Event>& events) {
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
+    const Time received_a = received_of(a);
+    const Time received_b = received_of(b);
+    return received_a != received_b ? received_a < received_b : step_order_less(a, b);
+  });
+}
 
 Simulation::Simulation(const Scenario& scenario, std::uint64_t seed)
     : trajectory_(scenario.profile, scenario.liftoff, scenario.end_s + flight_margin_s) {
   const score::TruthFunction truth = [this](Time t) { return trajectory_.at(t); };
   for (const MissionEvent& event : mission_events(scenario)) events_.emplace_back(event);
-  for (const RadarScenario& radar : scenario.radars) {
-    RadarRun run = simulate_radar(radar, scenario, truth, seed);
-    events_.insert(events_.end(), run.plots.begin(), run.plots.end());
-    radars_.push_back({radar.id, run.bias, std::move(run.outlier_sequences)});
-  }
-  for (const RadarScenario& sensor : scenario.angle_sensors) {
-    const std::vector<AngleTspi> angles = simulate_angles(sensor, scenario, truth, seed);
-    events_.insert(events_.end(), angles.begin(), angles.end());
-  }
-  const std::vector<GpsFix> fixes = simulate_gps(scenario, truth, seed);
-  events_.insert(events_.end(), fixes.begin(), fixes.end());
-  std::stable_sort(events_.begin(), events_.end(), arrives_before);
+  radars_ = simulate_sensors(scenario, truth, seed, events_);
+  sort_by_arrival(events_);
 }
 
 }  // namespace downrange::sim

@@ -19,6 +19,14 @@ struct RadarTruth {
   std::vector<std::uint64_t> outlier_sequences;
 };
 
+/// What all sensors of `scenario` say of a vehicle that flies as `truth`, appended to `events` in no order; the radars'
+/// own truth. `seed` as of Simulation.
+[[nodiscard]] std::vector<RadarTruth> simulate_sensors(const Scenario& scenario, const score::TruthFunction& truth,
+                                                       std::uint64_t seed, std::vector<Event>& events);
+
+/// By `received`, equal times as the range clock orders them.
+void sort_by_arrival(std::vector<Event>& events);
+
 class Simulation {
  public:
   /// Flies `scenario`; `seed` draws noise, dropouts, delays and the per-run biases (scenario.seed is the file's wish).

@@ -47,6 +47,7 @@ SourceTable::SourceTable(const RangeConfig& config) {
                         .kind = SourceKind::Radar,
                         .site = radar.site,
                         .silent_after = three_periods(radar.rate_hz),
+                        .rate_hz = radar.rate_hz,
                         .sigma = measured_sigma(radar),
                         .refractivity = radar.refractivity});
   for (const AngleSensorConfig& sensor : config.angle_sensors)
@@ -54,6 +55,7 @@ SourceTable::SourceTable(const RangeConfig& config) {
                         .kind = SourceKind::AngleSensor,
                         .site = sensor.site,
                         .silent_after = three_periods(sensor.rate_hz),
+                        .rate_hz = sensor.rate_hz,
                         .sigma = {.azimuth_rad = sensor.sigma_azimuth_rad, .elevation_rad = sensor.sigma_elevation_rad},
                         .refractivity = sensor.refractivity});
   for (const TelemetryConfig& station : config.telemetry)

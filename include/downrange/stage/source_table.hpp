@@ -35,6 +35,7 @@ struct Source {
   SourceKind kind = SourceKind::Radar;
   Site site;
   Duration silent_after;    ///< nothing heard for longer: the source is silent
+  double rate_hz = 0;       ///< nominal; 0: it relays what the vehicle sends and has none of its own
   PolarSigma sigma{};       ///< of the instrument, 1-sigma; 0: it does not measure this
   double refractivity = 0;  ///< of the air that its plots are bent by, N-units at the site; 0: none
 };

@@ -41,15 +41,6 @@ bool counts_as_rejected(Reason reason, SourceKind kind) {
   }
 }
 
-/// Stations relay what the vehicle sends: they have none.
-std::optional<double> nominal_rate(const RangeConfig& config, SourceId source) {
-  const auto at = static_cast<std::size_t>(source);
-  if (at < config.radars.size()) return config.radars[at].rate_hz;
-  const std::size_t tracker = at - config.radars.size();
-  if (tracker < config.angle_sensors.size()) return config.angle_sensors[tracker].rate_hz;
-  return std::nullopt;
-}
-
 std::uint64_t counted(const std::array<std::uint64_t, reason_count>& count, Reason reason) {
   return count[static_cast<std::size_t>(reason)];
 }
@@ -232,7 +223,7 @@ SourcePreflight Preflight::judge(SourceId id, std::int64_t from_s, std::int64_t 
   }
   line.messages = sum.messages;
   line.count = sum.count;
-  line.nominal_hz = nominal_rate(config_, id);
+  if (source.rate_hz > 0) line.nominal_hz = source.rate_hz;
   if (const StandingOrder* order = ingest_.orders().of(id); order != nullptr) {
     const std::string who = std::string(order->by.view()) + ": " + std::string(order->reason.view());
     if (order->order == OperatorOrder::Inhibit)
