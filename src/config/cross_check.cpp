@@ -139,8 +139,8 @@ void check_capabilities(const RangeConfig& range, const std::string& method, con
                     std::to_string(most) + " [[radar]] for that method");
   std::vector<std::string> allowed;
   for (const Kinematics kinematics : all_kinematics)
-    if (capabilities.takes(kinematics)) allowed.emplace_back(to_string(kinematics));
-  check.require(capabilities.takes(range.fuse.motion.kinematics), "fuse.kinematics",
+    if (capabilities.allows(kinematics)) allowed.emplace_back(to_string(kinematics));
+  check.require(capabilities.allows(range.fuse.motion.kinematics), "fuse.kinematics",
                 "found \"" + std::string(to_string(range.fuse.motion.kinematics)) + "\", which method \"" + method +
                     "\" does not support, allowed: one of " + show_texts(allowed));
 }

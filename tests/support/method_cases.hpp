@@ -18,17 +18,17 @@ struct MethodCase {
 inline std::vector<MethodCase> method_cases() {
   std::vector<MethodCase> cases;
   for (const std::string_view name : method_names()) {
-    const MethodCapabilities& takes = capabilities_of(name);
+    const MethodCapabilities& capabilities = capabilities_of(name);
     for (const Kinematics kinematics : all_kinematics) {
-      const bool own = takes.kinematics == 0;
-      if (own ? kinematics != Kinematics::Launch : !takes.takes(kinematics)) continue;
+      const bool own = capabilities.kinematics == 0;
+      if (own ? kinematics != Kinematics::Launch : !capabilities.allows(kinematics)) continue;
       for (const bool smooth : {false, true}) {
-        if (smooth && !takes.smoothed_gps) continue;
+        if (smooth && !capabilities.smoothed_gps) continue;
         std::string label(name);
         for (char& c : label) c = c == '-' ? '_' : c;
         if (!own) label += "_" + std::string(to_string(kinematics));
         if (smooth) label += "_smooth";
-        cases.push_back({label, std::string(name), kinematics, smooth, takes.partial_plots});
+        cases.push_back({label, std::string(name), kinematics, smooth, capabilities.partial_plots});
       }
     }
   }

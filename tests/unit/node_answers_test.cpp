@@ -22,26 +22,26 @@ TEST(NodeAnswersTest, EveryNodeHeardMustAnswer) {
   NodeAnswers answers(topic, "kim", 7);
   EXPECT_FALSE(answers.wait_for_nodes(milliseconds(1)));
   EXPECT_FALSE(answers.all_in_force()) << "nobody heard it";
-  answers.take(status("centre"));
-  answers.take(status("site"));
+  answers.add(status("centre"));
+  answers.add(status("site"));
   EXPECT_TRUE(answers.wait_for_nodes(milliseconds(1)));
-  answers.take(status("centre", {{topic, "kim", 7, ""}}));
+  answers.add(status("centre", {{topic, "kim", 7, ""}}));
   EXPECT_FALSE(answers.wait_for_all(milliseconds(1)));
   EXPECT_EQ(answers.text(), "node centre: in force\nnode site: NO ANSWER\n");
-  answers.take(status("site", {{topic, "kim", 8, ""}, {topic, "kim", 7, ""}}));
+  answers.add(status("site", {{topic, "kim", 8, ""}, {topic, "kim", 7, ""}}));
   EXPECT_TRUE(answers.wait_for_all(milliseconds(1)));
   EXPECT_TRUE(answers.all_in_force());
 }
 
 TEST(NodeAnswersTest, AnotherOrdersAnswerIsNone) {
   NodeAnswers answers(topic, "kim", 7);
-  answers.take(status("centre", {{topic, "kim", 6, ""}, {topic, "lee", 7, ""}, {topic + 1, "kim", 7, ""}}));
+  answers.add(status("centre", {{topic, "kim", 6, ""}, {topic, "lee", 7, ""}, {topic + 1, "kim", 7, ""}}));
   EXPECT_FALSE(answers.wait_for_all(milliseconds(1)));
 }
 
 TEST(NodeAnswersTest, ARefusalIsToldAndIsNotInForce) {
   NodeAnswers answers(topic, "kim", 7);
-  answers.take(status("centre", {{topic, "kim", 7, "no source is named 'x'"}}));
+  answers.add(status("centre", {{topic, "kim", 7, "no source is named 'x'"}}));
   EXPECT_TRUE(answers.wait_for_all(milliseconds(1)));
   EXPECT_FALSE(answers.all_in_force());
   EXPECT_EQ(answers.text(), "node centre: REFUSED: no source is named 'x'\n");
@@ -49,11 +49,11 @@ TEST(NodeAnswersTest, ARefusalIsToldAndIsNotInForce) {
 
 TEST(NodeAnswersTest, ANodeThatStoppedOwesNoAnswer) {
   NodeAnswers answers(topic, "kim", 7);
-  answers.take(status("centre", {{topic, "kim", 7, ""}}));
-  answers.take(status("site"));
+  answers.add(status("centre", {{topic, "kim", 7, ""}}));
+  answers.add(status("site"));
   dds::ServiceStatus stopped = status("site");
   stopped.state = "stopped";
-  answers.take(stopped);
+  answers.add(stopped);
   EXPECT_TRUE(answers.all_in_force());
 }
 

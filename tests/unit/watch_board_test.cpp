@@ -48,8 +48,8 @@ SourceHealth health(const Name& sensor, Time time, std::uint64_t accepted) {
 
 TEST(WatchBoard, ASilentNodeIsNotRunning) {
   Board board(dds::ClockMode::Wall);
-  board.take(status("dead"), start);
-  board.take(status("alive"), start + milliseconds(4000));
+  board.add(status("dead"), start);
+  board.add(status("alive"), start + milliseconds(4000));
   EXPECT_FALSE(shows(board.lines(start + milliseconds(2900), utc), "SILENT"));
   const std::string lines = board.lines(start + milliseconds(5000), utc);
   EXPECT_TRUE(shows(lines, "node dead         SILENT 5 s")) << lines;
@@ -58,9 +58,9 @@ TEST(WatchBoard, ASilentNodeIsNotRunning) {
 
 TEST(WatchBoard, OnTheWallClockUtcTellsTheAge) {
   Board board(dds::ClockMode::Wall);
-  board.take(Result(command(utc)), start);
-  board.take(Result(track(utc)), start);
-  board.take(health("radar", utc, 1), "node", start);
+  board.add(Result(command(utc)), start);
+  board.add(Result(track(utc)), start);
+  board.add(health("radar", utc, 1), "node", start);
   const std::string fresh = board.lines(start, utc + seconds(0.5));
   EXPECT_FALSE(shows(fresh, "EXPIRED") || shows(fresh, "old")) << fresh;
   const std::string expired = board.lines(start, utc + seconds(0.6));
@@ -74,28 +74,28 @@ TEST(WatchBoard, ANameCannotGiveOrdersToTheTerminal) {
   Board board(dds::ClockMode::Wall);
   Trajectory t = track(utc);
   t.target = "\x1b[2Jrocket\r";
-  board.take(t, start);
+  board.add(t, start);
   EXPECT_TRUE(shows(board.lines(start, utc), "\\x1b[2Jrocket\\x0d"));
 }
 
 TEST(WatchBoard, WhoDoesNotMatchIsNamed) {
   Board board(dds::ClockMode::Wall);
   dds::ServiceStatus s = status("node", utc);
-  board.take(s, start);
+  board.add(s, start);
   EXPECT_FALSE(shows(board.lines(start, utc), "DOES NOT MATCH"));
   s.mismatch = "1 of others: range/gps: writer 'tgs' at 10.0.0.2";
-  board.take(s, start);
+  board.add(s, start);
   EXPECT_TRUE(shows(board.lines(start, utc), "DOES NOT MATCH  1 of others: range/gps: writer 'tgs' at 10.0.0.2"));
 }
 
 TEST(WatchBoard, OnTheRangeClockTheNewestRangeTimeDoes) {
   Board board(dds::ClockMode::Range);
-  board.take(Result(command(utc)), start);
-  board.take(Result(track(utc)), start);
+  board.add(Result(command(utc)), start);
+  board.add(Result(track(utc)), start);
   const Time years_later = utc + seconds(1e8);
   const std::string paused = board.lines(start + milliseconds(60'000), years_later);
   EXPECT_FALSE(shows(paused, "EXPIRED") || shows(paused, "old")) << paused;
-  board.take(status("node", utc + seconds(4)), start);
+  board.add(status("node", utc + seconds(4)), start);
   const std::string later = board.lines(start, years_later);
   EXPECT_TRUE(shows(later, "EXPIRED") && shows(later, "old 4 s")) << later;
 }
@@ -108,9 +108,9 @@ TEST(WatchBoard, NothingAtAllIsIdleToo) {
 
 TEST(WatchBoard, EachNodeHasItsOwnAccountOfASource) {
   Board board(dds::ClockMode::Wall);
-  board.take(health("radar", utc, 11), "site-a", start);
+  board.add(health("radar", utc, 11), "site-a", start);
   EXPECT_FALSE(shows(board.lines(start, utc), "site-a")) << "one node needs no name";
-  board.take(health("radar", utc, 22), "site-b", start);
+  board.add(health("radar", utc, 22), "site-b", start);
   const std::string lines = board.lines(start, utc);
   EXPECT_TRUE(shows(lines, "      11") && shows(lines, "at site-a")) << lines;
   EXPECT_TRUE(shows(lines, "      22") && shows(lines, "at site-b")) << lines;
@@ -120,22 +120,22 @@ TEST(WatchBoard, ASourceTellsItsShareOfNisAndWhyItIsNotQualified) {
   Board board(dds::ClockMode::Wall);
   SourceHealth h = health("radar", utc, 1);
   h.qualified = true;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "in 95 %       -  qualified\n")) << board.lines(start, utc);
   h.nis_count = 1000;
   h.nis_inside_95 = 0.929;
   h.mismatch = true;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "in 95 %  92.9 %  qualified  MISMATCH\n")) << board.lines(start, utc);
   h.nis_inside_95 = 1;
   h.mismatch = false;
   h.qualified = false;
   h.why = Disqualification::Silent;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "in 95 % 100.0 %  NOT qualified: silent\n")) << board.lines(start, utc);
   h.why = Disqualification::Rejected;
   h.rejected_for = Reason::NotTracking;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "NOT qualified: not_tracking\n")) << board.lines(start, utc);
 }
 
@@ -146,13 +146,13 @@ TEST(WatchBoard, WhoSaysSinceWhenASourceIsNotUsed) {
   integrity.time = utc;
   integrity.liftoff = utc - seconds(300);
   integrity.liftoff_valid = true;
-  board.take(integrity, start);
+  board.add(integrity, start);
   SourceHealth h = health("radar", utc, 1);
   h.why = Disqualification::Inhibited;
   h.since = utc - seconds(60);
   h.by = "kim";
   h.reason = "spent stage in the beam";
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(
       shows(board.lines(start, utc), "NOT qualified: inhibited since T+240.0 by kim (spent stage in the beam)\n"))
       << board.lines(start, utc);
@@ -160,12 +160,12 @@ TEST(WatchBoard, WhoSaysSinceWhenASourceIsNotUsed) {
   h.qualified = h.suspect = true;
   h.since = utc - seconds(50);
   h.by = "integrity";
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "  SUSPECT since T+250.0 by integrity\n")) << board.lines(start, utc);
   h.suspect = false;
   h.forced = true;
   h.by = "kim";
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "  qualified, FORCED since T+250.0 by kim\n")) << board.lines(start, utc);
 }
 
@@ -176,10 +176,10 @@ TEST(WatchBoard, AResidualStandsBesideWhatIsToBeExpected) {
   h.expected_m = 25;
   h.residual_rad = 0.01 * 3.14159265358979 / 180;
   h.expected_rad = 0.012 * 3.14159265358979 / 180;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "  off 40.0 m of 25.0, 0.010 deg of 0.012  ")) << board.lines(start, utc);
   h.expected_m = 0;
-  board.take(h, "node", start);
+  board.add(h, "node", start);
   EXPECT_TRUE(shows(board.lines(start, utc), "  off 0.010 deg of 0.012  ")) << board.lines(start, utc);
 }
 
@@ -194,7 +194,7 @@ TEST(WatchBoard, IntegrityIsToldInSentences) {
   integrity.sources = {
       {.sensor = "radar"},
       {.sensor = "station", .verdict = IntegrityVerdict::Excluded, .against = 1, .apart_m = 5000, .by = "integrity"}};
-  board.take(integrity, start);
+  board.add(integrity, start);
   const std::string lines = board.lines(start, utc + seconds(1));
   EXPECT_TRUE(shows(lines, "rocket follows chain without-GPS, bound 120 m\n")) << lines;
   EXPECT_TRUE(shows(lines, "  station disagrees with radar by 5.0 km; excluded by integrity\n")) << lines;

@@ -110,7 +110,7 @@ void Board::came(Time range_time, Clock::time_point now) {
   newest_range_time_ = std::max(newest_range_time_, range_time);
 }
 
-void Board::take(const Result& result, Clock::time_point now) {
+void Board::add(const Result& result, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
   if (const auto* t = std::get_if<Trajectory>(&result)) {
     tracks_[{t->target, t->method}] = *t;
@@ -127,13 +127,13 @@ void Board::take(const Result& result, Clock::time_point now) {
   }
 }
 
-void Board::take(const SourceHealth& health, const Name& node, Clock::time_point now) {
+void Board::add(const SourceHealth& health, const Name& node, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
   health_[{health.sensor, node}] = health;
   came(health.time, now);
 }
 
-void Board::take(const dds::ServiceStatus& status, Clock::time_point now) {
+void Board::add(const dds::ServiceStatus& status, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
   nodes_[status.node] = {status, now};
   newest_range_time_ = std::max(newest_range_time_, status.last_tick);

@@ -21,9 +21,9 @@ class Board {
   /// On the wall clock ages count against UTC; on the range clock against the newest range time that was received.
   explicit Board(dds::ClockMode clock) : clock_(clock) {}
 
-  void take(const Result& result, Clock::time_point now);
-  void take(const SourceHealth& health, const Name& node, Clock::time_point now);
-  void take(const dds::ServiceStatus& status, Clock::time_point now);
+  void add(const Result& result, Clock::time_point now);
+  void add(const SourceHealth& health, const Name& node, Clock::time_point now);
+  void add(const dds::ServiceStatus& status, Clock::time_point now);
 
   /// Whether no result has come for this long: since the board was made where none came at all.
   [[nodiscard]] bool idle_for(double seconds, Clock::time_point now) const;

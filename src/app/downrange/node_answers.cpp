@@ -5,7 +5,7 @@
 
 namespace downrange::app {
 
-void NodeAnswers::take(const dds::ServiceStatus& status) {
+void NodeAnswers::add(const dds::ServiceStatus& status) {
   {
     const std::scoped_lock lock(mutex_);
     Answer& answer = nodes_[status.node];

@@ -20,7 +20,7 @@ class NodeAnswers {
   NodeAnswers(std::size_t topic, const Name& sender, std::uint64_t sequence)
       : topic_(topic), sender_(sender), sequence_(sequence) {}
 
-  void take(const dds::ServiceStatus& status);
+  void add(const dds::ServiceStatus& status);
 
   /// Whether a node was heard, waiting at most `timeout`.
   [[nodiscard]] bool wait_for_nodes(std::chrono::milliseconds timeout);

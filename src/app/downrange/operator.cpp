@@ -84,7 +84,7 @@ int send(const config::ServiceConfig& config, Message message, Time now) {
   dds::OutputSelection statuses;
   statuses.results = statuses.health = false;
   const dds::OutputReaders readers(
-      participant, statuses, {.result = {}, .status = [&](const dds::ServiceStatus& status) { answers.take(status); }});
+      participant, statuses, {.result = {}, .status = [&](const dds::ServiceStatus& status) { answers.add(status); }});
   dds::InputWriters writers(participant);
   if (!writers.wait_for_reader(topic, discovery_time) || !answers.wait_for_nodes(discovery_time)) {
     std::cerr << "downrange: no node answers in domain " << config.dds.domain << ": nothing was ordered\n";

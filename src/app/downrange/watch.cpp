@@ -27,12 +27,12 @@ class Consumer {
  public:
   Consumer(Board& board, archive::Writer* recording) : board_(board), recording_(recording) {}
 
-  void take(const Result& result) {
-    board_.take(result, Board::Clock::now());
+  void add(const Result& result) {
+    board_.add(result, Board::Clock::now());
     record(result);
   }
-  void take(const SourceHealth& health, const Name& node) {
-    board_.take(health, node, Board::Clock::now());
+  void add(const SourceHealth& health, const Name& node) {
+    board_.add(health, node, Board::Clock::now());
     record(Result(health));
   }
 
@@ -62,9 +62,9 @@ int watch(const Options& o) {
   {
     const dds::OutputReaders readers(
         participant, {.lossless = writer.has_value()},
-        {.result = [&](const Result& r) { consumer.take(r); },
-         .status = [&](const dds::ServiceStatus& s) { board.take(s, Board::Clock::now()); },
-         .health = [&](const SourceHealth& h, const Name& node) { consumer.take(h, node); }});
+        {.result = [&](const Result& r) { consumer.add(r); },
+         .status = [&](const dds::ServiceStatus& s) { board.add(s, Board::Clock::now()); },
+         .health = [&](const SourceHealth& h, const Name& node) { consumer.add(h, node); }});
     const auto period = std::chrono::milliseconds(screen ? 200 : 1000);
     while (!stop.wait_for(period)) {
       if (o.idle_s && board.idle_for(*o.idle_s, Board::Clock::now())) break;

@@ -92,9 +92,9 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
     motion.head<6>() =
         cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3).mean;
   }
-  const Outcome outcome = follow_receiver(
+  const Outcome outcome = update_gps_track(
       arbitration_, life, gps.reference, m, motion, agrees, [&] { start_gps(gps, m); },
-      [&] { return follow_fix(gps, account, m); },
+      [&] { return update_by_fix(gps, account, m); },
       [&] {
         if (settings_.gps.alignment.smooth) release_held(state, gps);
       },
@@ -103,13 +103,13 @@ Outcome CartesianAlign::apply_fix(State& state, SourceAccount& account, const Me
   return outcome;
 }
 
-Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
+Outcome CartesianAlign::update_by_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const {
   const Gaussian<6> predicted =
       cv::predict(gps.state, seconds_between(m.epoch, gps.epoch), settings_.cartesian_bias.gps_q_m2_s3);
   const Fix& fix = fix_of(m);
   const Mat<3, 3> R = fix_covariance(fix);
   Outcome outcome;
-  const auto take = [&](const auto& u) {
+  const auto apply = [&](const auto& u) {
     outcome = {.verdict = u.verdict, .nis = u.nis, .dof = static_cast<int>(u.innovation.size())};
     if (outcome.verdict != Verdict::Accepted) return;
     note_innovation(account, u.innovation, u.S, u.nis);
@@ -123,9 +123,9 @@ Outcome CartesianAlign::follow_fix(GpsTrack& gps, SourceAccount& account, const 
     R6.bottomRightCorner<3, 3>().diagonal().setConstant(fix.sigma_velocity_m_s * fix.sigma_velocity_m_s);
     Vec<6> z;
     z << fix.position.m, fix.velocity.m_s;
-    take(kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_));
+    apply(kalman_update<6, 6>(predicted, z - predicted.mean, Mat<6, 6>::Identity(), R6, gate6_));
   } else {
-    take(kalman_update<6, 3>(predicted, fix.position.m - H * predicted.mean, H, R, gate3_));
+    apply(kalman_update<6, 3>(predicted, fix.position.m - H * predicted.mean, H, R, gate3_));
   }
   // A gated fix leaves track and age as they were: the reference must not look fresh.
   return outcome;

@@ -8,7 +8,7 @@ namespace downrange {
 /// A fix corrects what stands from `at` on; what stands before is considered: it keeps mean and covariance, and what it
 /// has in common with the rest shrinks with it.
 template <int M>
-void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
+void update_considering_first(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
   const Eigen::Index corrected = h.x.size() - at;
   const auto W = e.W.bottomRows(corrected);
   const auto considered = e.W.topRows(at);
@@ -20,7 +20,7 @@ void take_from(Hypothesis& h, const Evidence<M>& e, Eigen::Index at) {
 
 /// A plot corrects all but the GPS track, which is considered.
 template <int M>
-void take_beside_gps(Hypothesis& h, const Evidence<M>& f) {
+void update_considering_gps(Hypothesis& h, const Evidence<M>& f) {
   const Vec<12> gps = h.x.segment<12>(Schmidt::gps_at);
   const Mat<12, 12> P_gps = h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at);
   apply_evidence<M>(h, f);

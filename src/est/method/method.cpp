@@ -18,7 +18,7 @@ namespace {
 struct NamedMethod {
   Name name;
   MethodMaker make;
-  MethodCapabilities takes{};
+  MethodCapabilities capabilities{};
 };
 
 constexpr unsigned every_kinematics = [] {
@@ -85,16 +85,16 @@ bool is_identifier(std::string_view text) {
 
 const std::vector<std::string_view>& method_names() { return table().names; }
 
-void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& takes) {
+void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& capabilities) {
   if (!is_identifier(name))
     throw std::invalid_argument("method '" + std::string(name) + "': a name is 1 to 31 of A-Z a-z 0-9 . _ -");
   const std::vector<std::string_view>& known = table().names;
   if (std::find(known.begin(), known.end(), name) != known.end())
     throw std::invalid_argument("there is a method '" + std::string(name) + "' already");
-  table().add({.name = name, .make = make, .takes = takes});
+  table().add({.name = name, .make = make, .capabilities = capabilities});
 }
 
-const MethodCapabilities& capabilities_of(std::string_view method) { return method_named(method).takes; }
+const MethodCapabilities& capabilities_of(std::string_view method) { return method_named(method).capabilities; }
 
 std::unique_ptr<Method> make_method(std::string_view name, const MethodSettings& settings) {
   return method_named(name).make(settings);

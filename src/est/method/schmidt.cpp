@@ -213,11 +213,11 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
 }
 
 template <int M>
-Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement& m) const {
+Outcome Schmidt::update_by_fix(Target& t, SourceAccount& account, const Measurement& m) const {
   const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, t.gps.confirmed);
   const Fix fix = account.noise.believed(fix_of(m));
   std::array<Evidence<M>, ModelSet::max_models> evidence;
-  const auto weigh = [&] {
+  const auto compute_evidence = [&] {
     for (int i = 0; i < t.bank.count; ++i) {
       const auto k = static_cast<std::size_t>(i);
       evidence[k] = evidence_of<M>(t.bank.mode[k], fix_jacobian<M>(gps_at),
@@ -226,7 +226,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   };
   if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
     give_error_to_motion(t.bank, gps_at, gps_error_at, settings_.gps.error.sigma_m);
-  weigh();
+  compute_evidence();
   // The GPS track is the same in all modes: one judges for all.
   const Evidence<M>& e = evidence[0];
   const auto count = static_cast<std::size_t>(t.bank.count);
@@ -238,7 +238,7 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
       for (std::size_t k = 0; k < count; ++k) t.bank.mode[k].P.block<9, 9>(gps_at, gps_at) = cov;
     };
     set(opened);
-    weigh();
+    compute_evidence();
     if (!(e.nis <= gates_[M])) set(before);
   }
   if (std::ranges::any_of(std::span(evidence).first(count), &Evidence<M>::singular))
@@ -247,7 +247,8 @@ Outcome Schmidt::follow_fix(Target& t, SourceAccount& account, const Measurement
   if (learns) account.noise.learn<M>(fix, noise_lesson<M>(t.bank, evidence, outcome.verdict));
   if (outcome.verdict != Verdict::Accepted) return outcome;
   for (int i = 0; i < t.bank.count; ++i)
-    take_from<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)], gps_at);
+    update_considering_first<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)],
+                                gps_at);
   note_innovation<M>(account, e.nu, e.S, e.nis);
   return outcome;
 }
@@ -261,13 +262,13 @@ Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
     velocity = {.m_s = h.x.segment<3>(gps_at + 3),
                 .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
   if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
-  const auto follow = [&] {
+  const auto update = [&] {
     const bool with_velocity = fix_of(m).velocity_valid && settings_.gps_use.velocity;
-    return with_velocity ? follow_fix<6>(t, account, m) : follow_fix<3>(t, account, m);
+    return with_velocity ? update_by_fix<6>(t, account, m) : update_by_fix<3>(t, account, m);
   };
-  return follow_receiver(
+  return update_gps_track(
       arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch).mean, fused_agrees(t, m), [&] { start_gps(t, m); },
-      follow, [&] { believe(t, m); }, [&] { unite(t, m); });
+      update, [&] { believe(t, m); }, [&] { unite(t, m); });
 }
 
 void Schmidt::believe(Target& t, const Measurement& fix) const {
@@ -413,7 +414,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const bool follows = outcome.verdict == Verdict::Accepted;
   for (std::size_t k = 0; k < count; ++k) {
     if (t.without_gps) {
-      if (follows) take_beside_gps(t.bank.mode[k], of_fused[k]);
+      if (follows) update_considering_gps(t.bank.mode[k], of_fused[k]);
       continue;
     }
     Mat<9, M> of_A = Mat<9, M>::Zero();
@@ -459,7 +460,7 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
   for (int i = 0; i < t.bank.count && accepted; ++i) {
     const auto k = static_cast<std::size_t>(i);
     if (t.without_gps) {
-      take_beside_gps(t.bank.mode[k], evidence[k]);
+      update_considering_gps(t.bank.mode[k], evidence[k]);
     } else {
       update_track(t.bank.mode[k], first_radar_, evidence[k]);
     }

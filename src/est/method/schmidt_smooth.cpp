@@ -36,7 +36,7 @@ void Schmidt::add_knot(Target& t) const {
 }
 
 template <int First, int M>
-void Schmidt::learn_between_knots(Target& t, const Held& held) const {
+void Schmidt::update_biases_between_knots(Target& t, const Held& held) const {
   const auto source = static_cast<std::size_t>(held.source);
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
@@ -87,7 +87,7 @@ void Schmidt::release_held(Target& t) const {
   const auto end = std::ranges::find_if(t.held, [&](const Held& plot) { return plot.epoch > t.knots[1]; });
   for (auto plot = t.held.begin(); plot != end; ++plot) {
     if (plot->epoch < t.knots[0]) continue;
-    with_components(plot->plot, [&]<int First, int M>() { learn_between_knots<First, M>(t, *plot); });
+    with_components(plot->plot, [&]<int First, int M>() { update_biases_between_knots<First, M>(t, *plot); });
   }
   t.held.erase(t.held.begin(), end);
 }

@@ -96,7 +96,7 @@ class CartesianAlign {
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
 
  private:
-  Outcome follow_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const;
+  Outcome update_by_fix(GpsTrack& gps, SourceAccount& account, const Measurement& m) const;
   void loosen_biases(State& state, std::uint64_t radars) const;
   void start_gps(GpsTrack& gps, const Measurement& m) const;
   /// By GPS predicted to the plot, or later when the fixes after it have come.

@@ -62,7 +62,7 @@ struct MethodCapabilities {
   [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {
     return 1U << static_cast<unsigned>(kinematics);
   }
-  [[nodiscard]] constexpr bool takes(Kinematics wanted) const {
+  [[nodiscard]] constexpr bool allows(Kinematics wanted) const {
     return kinematics == 0 || (kinematics & bit_of(wanted)) != 0;
   }
 };
@@ -75,6 +75,6 @@ struct MethodCapabilities {
 ///
 /// `name` is what fuse.methods says: 1 to 31 of A-Z a-z 0-9 . _ -. Throws std::invalid_argument for another, and for
 /// one that is taken.
-void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& takes = {});
+void register_method(std::string_view name, MethodMaker make, const MethodCapabilities& capabilities = {});
 
 }  // namespace downrange

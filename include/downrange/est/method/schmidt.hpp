@@ -121,7 +121,7 @@ class Schmidt {
   void release_held(Target& t) const;
   /// The bias by GPS between the two oldest knots.
   template <int First, int M>
-  void learn_between_knots(Target& t, const Held& plot) const;
+  void update_biases_between_knots(Target& t, const Held& plot) const;
   void note_learnt(Target& t, int source, const TimedPlot& plot, bool learnt) const;
   void advance(Target& t, Time to) const;
   void predict(Target& t, Time to) const;
@@ -137,7 +137,7 @@ class Schmidt {
   void believe(Target& t, const Measurement& fix) const;
   void unite(Target& t, const Measurement& fix) const;
   template <int M>
-  Outcome follow_fix(Target& t, SourceAccount& account, const Measurement& m) const;
+  Outcome update_by_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
   /// The fused track alone: what is not known of the biases is considered.
   Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot,

@@ -190,16 +190,16 @@ class Arbitration {
 
 /// A fix for a track by GPS alone, beside that of the radars: `reference` is its state, `motion` the target's as the
 /// radars know it, `agrees` whether they agree with the fix. The algebra is the method's: `start()` the track by this
-/// fix; `follow()`, what became of it at the track's gate; `believe()`, the track is a reference from now on;
+/// fix; `update()`, what became of it at the track's gate; `believe()`, the track is a reference from now on;
 /// `unite()`, both radars and receiver may be right.
 struct GpsReference {
   bool started = false;
   bool confirmed = false;  ///< fixes agreed and were plausible: before, the track is no reference
 };
-template <class Start, class Follow, class Believe, class Unite>
-Outcome follow_receiver(const Arbitration& rules, TargetLife& life, GpsReference& reference, const Measurement& fix,
-                        const Vec<9>& motion, bool agrees, const Start& start, const Follow& follow,
-                        const Believe& believe, const Unite& unite) {
+template <class Start, class Update, class Believe, class Unite>
+Outcome update_gps_track(const Arbitration& rules, TargetLife& life, GpsReference& reference, const Measurement& fix,
+                         const Vec<9>& motion, bool agrees, const Start& start, const Update& update,
+                         const Believe& believe, const Unite& unite) {
   const auto start_anew = [&] {
     start();
     reference = {.started = true, .confirmed = false};
@@ -218,7 +218,7 @@ Outcome follow_receiver(const Arbitration& rules, TargetLife& life, GpsReference
   } else if (reference.confirmed && rules.was_refused(life, fix)) {
     outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
-    outcome = follow();
+    outcome = update();
   }
   const bool fits = outcome.verdict == Verdict::Accepted;
   if (!reference.confirmed) {
