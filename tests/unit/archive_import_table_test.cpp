@@ -158,7 +158,7 @@ TEST_F(ImportTable, AFileThatGivesNoRowIsAnError) {
   EXPECT_EQ(refused("time,recv,rng,az,el\n", mapping()), "r.csv: no row behind the header (time, recv, rng, az, el)");
   EXPECT_EQ(refused("time,recv,rng,az,el\n1,2,x,4,5\n,,,,\n", mapping()),
             "r.csv: none of its 2 rows can be imported: 1 row, the first on line 2: rng: 'x' is not a number; 1 row, "
-            "the first on line 3: az: empty (columns: time, recv, rng, az, el)");
+            "the first on line 3: recv: empty (columns: time, recv, rng, az, el)");
   EXPECT_EQ(refused("Time,Recv,Rng\n1,2,3\n", mapping()),
             "r.csv:1: no column 'az'; the columns there are: Time, Recv, Rng");
   EXPECT_NE(refused("time,recv,rng\x1b[31m\n1,2,3\n", mapping()).find("rng\\x1b[31m"), std::string::npos);
