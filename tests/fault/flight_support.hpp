@@ -95,9 +95,7 @@ inline void replay(const std::filesystem::path& from, const std::filesystem::pat
 inline testing::AssertionResult same_bits(const std::filesystem::path& a, const std::filesystem::path& b,
                                           const std::vector<std::string>& topics = {}) {
   const archive::CompareReport report = archive::compare(a, b, topics);
-  // config/naro.toml has integrity off.
-  const bool empty = std::ranges::any_of(
-      report.topics, [](const auto& topic) { return topic.count_a == 0 && topic.topic != "downrange/integrity"; });
+  const bool empty = std::ranges::any_of(report.topics, [](const auto& topic) { return topic.count_a == 0; });
   if (report.identical() && !empty) return testing::AssertionSuccess();
   auto failure = testing::AssertionFailure();
   for (const auto& t : report.topics) {

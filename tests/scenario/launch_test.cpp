@@ -96,7 +96,6 @@ TEST(Launch, RadarsThatFoldTogetherBesideAHealthyReceiverDoNotMoveTheTrack) {
     const sim::Simulation flight(scenario, 1);
     for (const Name method : {"joint", "schmidt", "ts"}) {
       range.fuse.methods = {method};
-      range.integrity.enabled = false;  // two that lie alike are a majority: what the methods do of their own
       Worst track;
       track.flight = &flight;
       track.from = scenario.liftoff + seconds(begin_s - 20);

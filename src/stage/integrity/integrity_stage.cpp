@@ -131,7 +131,11 @@ void IntegrityStage::tick(Time tick, const OperatorWill& will, ResultSink& sink)
     if (judged_) {
       for (int target = 0; target < static_cast<int>(targets_.size()); ++target) judge(target, tick, will);
     }
-    catch_up();
+    const bool run_ended = catch_up();
+    for (int target = 0; target < static_cast<int>(targets_.size()); ++target) {
+      if (run_ended) estimate_all(target, tick);
+      if (judged_ || run_ended) choose(target, will);
+    }
   }
   for (int target = 0; target < static_cast<int>(targets_.size()); ++target) {
     follow(target);
@@ -158,16 +162,18 @@ void IntegrityStage::keep_states(Time tick) {
   if (!runs) exclusions_.forget_before(instants_.front());
 }
 
+void IntegrityStage::estimate_all(int target, Time tick) {
+  Target& t = of(target);
+  for (int place = of_all; place < static_cast<int>(t.states.size()); ++place) {
+    const Chain& c = chain(t, place);
+    t.states[static_cast<std::size_t>(place)] = {.sources = c.sources(), .estimate = c.estimate(target, tick)};
+  }
+}
+
 void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
   Target& t = of(target);
-  t.changed = false;
-  t.bound_m.reset();
-  t.alternatives.clear();
-  for (ChainState& state : t.states) state.estimate.reset();
+  estimate_all(target, tick);
   if (tick - t.newest > coast_) return;
-  t.states[of_all] = {.sources = all_.sources(), .estimate = all_.estimate(target, tick)};
-  for (std::size_t i = 0; i < t.others.size(); ++i)
-    t.states[i + 1] = {.sources = t.others[i].sources(), .estimate = t.others[i].estimate(target, tick)};
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id)
     biases_[static_cast<std::size_t>(id)] = selected(target).bias(id);
   const auto verdicts = t.judge->judge({.epoch = tick,
@@ -201,7 +207,13 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
     }
   }
   if (acquitted != 0) for_each_chain_of(t, [&](Chain& c) { c.believe(target, acquitted); });
+}
 
+void IntegrityStage::choose(int target, const OperatorWill& will) {
+  Target& t = of(target);
+  t.bound_m.reset();
+  t.alternatives.clear();
+  if (std::ranges::none_of(t.states, [](const ChainState& s) { return s.estimate.has_value(); })) return;
   const Name held = will.held.empty() ? Name{} : will.held[static_cast<std::size_t>(target)];
   const int selected = select(target, held);
   if (selected != t.selected) {
@@ -224,12 +236,16 @@ void IntegrityStage::exclude(int target, SourceId source, Time undone_from) {
   });
 }
 
-void IntegrityStage::catch_up() {
+bool IntegrityStage::catch_up() {
   // With what has come since the last tick it never falls behind.
   int budget = rerun_per_tick_ + 2 * std::exchange(arrived_, 0);
+  bool ended = false;
   for_each_chain([&](Chain& c) {
-    if (c.runs_again() && budget > 0) budget -= c.catch_up(log_, exclusions_, instants_, budget);
+    if (!c.runs_again() || budget <= 0) return;
+    budget -= c.catch_up(log_, exclusions_, instants_, budget);
+    ended = ended || !c.runs_again();
   });
+  return ended;
 }
 
 int IntegrityStage::select(int target, const Name& held) const {
@@ -313,8 +329,9 @@ void IntegrityStage::follow(int target) {
 
 void IntegrityStage::report(int target, Time tick, const OperatorWill& will, ResultSink& sink) {
   Target& t = of(target);
+  const bool changed = std::exchange(t.changed, false);
   if (tick - t.newest > coast_) return;
-  if (t.changed) ++t.events;
+  if (changed) ++t.events;
   auto& record = std::get<::downrange::Integrity>(t.record);
   record.time = tick;
   record.liftoff = will.liftoff.value_or(Time{});

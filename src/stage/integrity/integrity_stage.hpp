@@ -88,13 +88,13 @@ class IntegrityStage {
     SourceSet excluded = 0;           ///< by verdict
     SourceSet inhibited = 0;          ///< by operators
     std::vector<Judgement> verdicts;  ///< by SourceId
-    std::vector<ChainState> states;   ///< of `all` and the others, at the last judged tick
+    std::vector<ChainState> states;   ///< of `all` and the others, at the last tick that judged or ended a run
     std::vector<Alternative> alternatives;
     int selected = of_all;
     std::uint64_t revision = 0;   ///< of what is selected
     std::uint64_t runs_seen = 0;  ///< of the selected chain
     std::optional<double> bound_m;
-    bool changed = false;  ///< a verdict or the chain, at the last judged tick
+    bool changed = false;  ///< a verdict or the chain, since the last report
     std::uint64_t events = 0;
     Result record;  ///< Integrity; its room is used again
   };
@@ -120,9 +120,14 @@ class IntegrityStage {
 
   /// The states that are kept are of the history's end: nothing older comes any more.
   void keep_states(Time tick);
+  /// What each chain of the target says at `tick`.
+  void estimate_all(int target, Time tick);
   void judge(int target, Time tick, const OperatorWill& will);
   void exclude(int target, SourceId source, Time undone_from);
-  void catch_up();
+  /// Whether a run has ended: a chain is free of what a liar taught it.
+  [[nodiscard]] bool catch_up();
+  /// Whom the antennas follow, and how far one lie could move that.
+  void choose(int target, const OperatorWill& will);
   [[nodiscard]] int select(int target, const Name& held) const;
   void find_alternatives(int target);
   void follow(int target);
