@@ -252,10 +252,10 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
     standing.held_for = Finding::OffPad;
     standing.held_onset = standing.pad.calm_at;
   }
-  compare(index, sample.epoch);
+  compare(index, sample.epoch, in_flight);
 }
 
-void Judge::compare(int index, Time at) {
+void Judge::compare(int index, Time at, bool in_flight) {
   const auto accused = [&](int w) {
     return standing_[static_cast<std::size_t>(w)].judgement.verdict != IntegrityVerdict::Agrees;
   };
@@ -266,7 +266,7 @@ void Judge::compare(int index, Time at) {
     const Sample* a = first.series.at(at);
     const Sample* b = second.series.at(at);
     if (a == nullptr || b == nullptr) continue;
-    pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()), threshold_);
+    pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()), in_flight, threshold_);
   }
 }
 

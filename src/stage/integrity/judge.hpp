@@ -134,7 +134,7 @@ class Judge {
   void follow_reference(Time epoch, std::span<const ChainState> chains);
   void form_samples(Time epoch, bool in_flight);
   void judge_sample(int witness, integrity::Sample sample, bool in_flight);
-  void compare(int witness, Time at);
+  void compare(int witness, Time at, bool in_flight);
   void judge_biases(Time epoch, std::span<const BiasEstimate> biases);
   void judge_stations(Time epoch, SourceSet forced);
   /// Which pairs count, and how far ties are broken.

@@ -11,7 +11,8 @@ constexpr Duration middle_lag = milliseconds(12'000);
 constexpr Duration long_lag = milliseconds(30'000);
 constexpr Duration least_long_lag = milliseconds(10'000);
 constexpr Duration span = milliseconds(6000);  // that a reference is gathered from
-/// Of agreement with the biases that GPS taught, after which these count between two sensors on the ground.
+/// Of agreement in flight with the biases that GPS taught, after which these count between two sensors on the ground.
+/// Taught for longer on the pad, where nothing moves, they are no surer than before: with a receiver too.
 constexpr Duration long_proven = milliseconds(60'000);
 constexpr int in_a_row = 3;  // from `noticed` on, the last of them beyond the threshold
 constexpr double noticed = 0.7;
@@ -25,7 +26,7 @@ constexpr double same_direction = 0.5;
 constexpr double calm = 0.2;
 /// Who failed agrees again below this share only: with the time since the reference grows what wander may explain.
 constexpr double forgiven = 0.35;
-constexpr Duration longest_onset = milliseconds(10'000);
+constexpr Duration longest_onset = milliseconds(30'000);
 
 }  // namespace
 
@@ -37,13 +38,13 @@ void Pair::learn(const Witness& first, const Witness& second, Time at) {
        {.from = from(at - long_lag - span), .to = at - least_long_lag, .newest = false}}};
   for (std::size_t i = 0; i < ages; ++i) {
     if (auto found = reference_of(first, second, spans[i], Knowledge::Learnt)) learnt_[i] = *found;
-    if (first.is_receiver()) continue;
+    if (second.is_receiver()) continue;
     if (auto found = reference_of(first, second, spans[i], Knowledge::Prior)) prior_[i] = *found;
   }
 }
 
 void Pair::compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
-                   const Threshold& threshold) {
+                   bool in_flight, const Threshold& threshold) {
   if (!hold && !fails_ && exceeding_ == 0) learn(first, second, a.epoch);
   const TestResult coarse = coarse_test(first, a, second, b, threshold);
   TestResult worst = coarse;
@@ -52,14 +53,14 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
     if (steady.ratio > worst.ratio) worst = steady;
   }
   if (!compared_) taught_well_since_ = a.epoch;
-  const bool proven = fails_ || exceeding_ > 0 ? proven_ : a.epoch - taught_well_since_ >= long_proven;
-  proven_ = proven;
+  if (!in_flight) last_on_pad_ = a.epoch;
+  if (!fails_ && exceeding_ == 0) proven_ = proven_at(a.epoch, first.is_receiver());
   for (std::size_t i = 0; i < ages; ++i) {
     if (!learnt_[i]) continue;
     TestResult fine = fine_test(first, a, second, b, *learnt_[i], threshold);
     // A receiver that lies taught the sensors their biases: what these make of each other is not held against them,
     // unless they agreed with it for long.
-    if (prior_[i] && fine.ratio >= calm && !proven) {
+    if (prior_[i] && fine.ratio >= calm && !proven_) {
       const TestResult untaught = fine_test(first, a, second, b, *prior_[i], threshold);
       if (untaught.ratio < fine.ratio) {
         fine = untaught;
@@ -74,6 +75,12 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
   // What was sampled since a slow lie began is no measure: of it one that tells the truth again would differ.
   if (fails_ && !failed) learn(first, second, onset_);
   coarsely_ = coarse.ratio >= 1;
+}
+
+bool Pair::proven_at(Time at, bool with_receiver) const {
+  const bool taught_on_pad = last_on_pad_ && compared_ && *last_on_pad_ - compared_first_ >= long_proven;
+  if (taught_on_pad && at - *last_on_pad_ < long_proven) return false;
+  return with_receiver || at - taught_well_since_ >= long_proven;
 }
 
 void Pair::judge(Time at, const TestResult& result) {

@@ -14,8 +14,8 @@ class Pair {
   Pair(int first, int second) : first_(first), second_(second) {}
 
   /// Compares the samples of both at one instant, newer than any compared before. `hold`: one of them is under
-  /// accusation: what they agreed on before stays the measure.
-  void compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
+  /// accusation: what they agreed on before stays the measure. `in_flight`: the vehicle has left its pad.
+  void compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold, bool in_flight,
                const Threshold& threshold);
 
   [[nodiscard]] int first() const { return first_; }
@@ -48,11 +48,13 @@ class Pair {
 
   void learn(const Witness& first, const Witness& second, Time at);
   void judge(Time at, const TestResult& result);
+  /// What GPS taught of the biases is the measure at `at`.
+  [[nodiscard]] bool proven_at(Time at, bool with_receiver) const;
 
   int first_;
   int second_;
   std::array<std::optional<Reference>, ages> learnt_;  ///< with what GPS taught of the biases
-  std::array<std::optional<Reference>, ages> prior_;   ///< without; of two sensors on the ground
+  std::array<std::optional<Reference>, ages> prior_;   ///< without; not of two receivers
   Time compared_first_;                                ///< where `compared_`
   std::optional<Time> compared_;
   std::optional<Time> compared_before_;
@@ -65,8 +67,9 @@ class Pair {
   double apart_m_ = 0;
   Vec<3> whitened_ = Vec<3>::Zero();
   Time taught_well_since_;  ///< what GPS taught of their biases explains how they differ
-  bool proven_ = false;     ///< and did so for long
-  Time calm_;               ///< newest instant of little doubt
+  std::optional<Time> last_on_pad_;
+  bool proven_ = false;  ///< as of the newest instant without doubt
+  Time calm_;            ///< newest instant of little doubt
   Time onset_;
   Time agrees_since_;
   Time not_before_;  ///< what was sampled while they disagreed is no measure
