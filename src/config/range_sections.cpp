@@ -139,9 +139,10 @@ std::vector<Key<S>> pointing_keys() {
       flag("azimuth_sigma_on_sky", at(&S::azimuth_sigma_on_sky), optional,
            "true: sigma_azimuth_deg is on the sky, the axis's own noise is that over cos(elevation)"),
       number("angle_inflation", at(&S::angle_inflation), {1, 1000}, optional,
-             "factor on the angle variances, for slow pointing errors"),
+             "factor on the angle variances, for pointing errors that are not white; 1: they are"),
       number("wander_deg", at(&S::wander, &PointingWander::sigma_rad), {0, 20}, optional,
-             "slowly varying pointing error of each axis, 1-sigma, estimated (joint, schmidt); 0: none"),
+             "slowly varying pointing error of each axis, 1-sigma, estimated (joint, schmidt); 0: half the sigma of angles over "
+             "100 s, none where angle_inflation is 1"),
       number("wander_tau_s", at(&S::wander, &PointingWander::tau_s), {0.1, 1e5}, optional,
              "correlation time of that error"),
       number("rate_hz", at(&S::rate_hz), {0.01, 1000}, optional, "nominal plot rate"),

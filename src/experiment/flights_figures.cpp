@@ -120,7 +120,7 @@ void single_source_rows(Table& table, const FlightResult& flight) {
     const std::string& window = fused->replay.phases[w].name;
     const double all = fused->position("joint", w).rms_m;
     const double alone = best->position("joint", w).rms_m;
-    table.most("joint / best single source, " + window, all / alone, 1.10);
+    table.most("joint / best single source, " + window, all / alone, 1.02);
     table.show("joint, " + window + ", rms, m", all);
     table.show(best->replay.label + ", " + window + ", rms, m", alone);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <downrange/est/filter/hypothesis.hpp>
+#include <downrange/est/model/slow_pointing.hpp>
 #include <downrange/stage/engine.hpp>
 #include <memory>
 #include <numbers>
@@ -99,18 +100,17 @@ sim::RadarBias drawn_bias(const RadarBlock& block, std::uint64_t seed, const Nam
 }
 
 /// What a radar's bias and wander may be, as the filters have it.
-std::vector<RadarBlock> priors_in_force(const RangeConfig& range, bool gps) {
-  const std::vector<RadarModel> models = radar_models(range);
+std::vector<RadarBlock> priors_in_force(const RangeConfig& range, const std::vector<RadarModel>& models, bool gps) {
   const bool tight = !gps && range.align.gps.no_gps.enabled;
   return (tight ? bias_layout_without_gps(models, range.align.gps.no_gps, 0) : bias_layout(models, 0)).radars;
 }
 
-sim::RadarScenario radar_scenario(const RadarConfig& radar, const RadarBlock& prior, double end_s, std::uint64_t seed) {
-  const double angle = std::sqrt(radar.angle_inflation);
+sim::RadarScenario radar_scenario(const RadarConfig& radar, const PolarSigma& sigma, const RadarBlock& prior,
+                                  double end_s, std::uint64_t seed) {
   sim::RadarScenario s;
   s.id = radar.id;
   s.site = radar.site;
-  s.sigma = {radar.sigma.range_m, angle * radar.sigma.azimuth_rad, angle * radar.sigma.elevation_rad};
+  s.sigma = sigma;
   s.azimuth_sigma_on_sky = radar.azimuth_sigma_on_sky;
   s.coloured_on_sky = true;
   s.coloured_angle_sigma_rad = prior.wander.sigma_rad;
@@ -134,9 +134,10 @@ sim::Scenario scenario_of(const Profile& profile, bool gps, std::uint64_t seed) 
   s.liftoff = profile.liftoff;
   s.end_s = profile.end_s;
   s.simulated = range.ingest.expect_simulated;
-  const std::vector<RadarBlock> priors = priors_in_force(range, gps);
+  const std::vector<RadarModel> models = with_wander_as_states(radar_models(range));
+  const std::vector<RadarBlock> priors = priors_in_force(range, models, gps);
   for (std::size_t i = 0; i < range.radars.size(); ++i)
-    s.radars.push_back(radar_scenario(range.radars[i], priors[i], profile.end_s, seed));
+    s.radars.push_back(radar_scenario(range.radars[i], models[i].sigma, priors[i], profile.end_s, seed));
   if (!gps || range.telemetry.empty()) return s;
   s.gps.active = {0, profile.end_s};
   s.gps.sigma_enu_m = {range.gps.sigma_horizontal_m, range.gps.sigma_horizontal_m, range.gps.sigma_vertical_m};

@@ -114,7 +114,9 @@ class Engine::Impl {
     monitor_.count(o);
     const bool another_copy = o.verdict == Reason::Duplicate && std::holds_alternative<Fix>(o.measured);
     if (!methods_ || (o.verdict != Reason::Accepted && !another_copy)) return;
-    methods_->process(o, ingest_.left_pad(o.target, o.epoch), monitor_.doubted(o));
+    const bool in_flight = ingest_.left_pad(o.target, o.epoch);
+    const bool noise_held = !in_flight || monitor_.doubted(o);
+    methods_->process(o, in_flight, noise_held);
     if (stages_.align) methods_->emit_biases(o, sink_);
     if (stages_.fuse && config_.fuse.publish_on_data) methods_->emit_trajectories(o, sink_);
   }

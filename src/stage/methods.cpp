@@ -91,7 +91,7 @@ Methods::Methods(const RangeConfig& config, const JudgeMaker& make_judge)
     chain_methods_.push_back(joined_name(prefix, chain.name().view(), chain_methods_.size()));
 }
 
-void Methods::process(const Observation& o, bool in_flight, bool suspected) {
+void Methods::process(const Observation& o, bool in_flight, bool noise_held) {
   Measurement m;
   m.epoch = o.epoch;
   const SourceId source = sources_.find(kind_of(o.measured), o.sensor);
@@ -100,7 +100,7 @@ void Methods::process(const Observation& o, bool in_flight, bool suspected) {
   m.sequence = o.sequence;
   m.measured = o.measured;
   m.in_flight = in_flight;
-  m.suspected = suspected;
+  m.noise_held = noise_held;
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
   if (o.verdict == Reason::Accepted && m.epoch >= newest) residuals_.note(source, m.target, o, primary());
   newest = std::max(newest, m.epoch);

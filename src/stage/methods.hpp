@@ -25,8 +25,8 @@ class Methods {
   explicit Methods(const RangeConfig& config, const JudgeMaker& make_judge = {});
 
   /// Brings one accepted observation into every method; a double of a fix (Reason::Duplicate) to INTEGRITY alone.
-  /// `in_flight`: the vehicle is known to have left its pad. `suspected`: INTEGRITY doubts the source.
-  void process(const Observation& o, bool in_flight, bool suspected = false);
+  /// `in_flight`: the vehicle is known to have left its pad. `noise_held`: as of Measurement.
+  void process(const Observation& o, bool in_flight, bool noise_held = false);
 
   /// ALIGN's results: the bias of the observation's radar or tracker, for each method that accepted the observation.
   void emit_biases(const Observation& o, ResultSink& sink) const;

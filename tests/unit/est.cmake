@@ -14,6 +14,7 @@ downrange_test(est_parallax_test ${CMAKE_CURRENT_LIST_DIR}/est_parallax_test.cpp
                LIBS downrange_est downrange_experiment nlohmann_json::nlohmann_json)
 downrange_test(est_track_association_test ${CMAKE_CURRENT_LIST_DIR}/est_track_association_test.cpp LIBS downrange_est)
 downrange_test(est_noise_scale_test ${CMAKE_CURRENT_LIST_DIR}/est_noise_scale_test.cpp LIBS downrange_est)
+downrange_test(est_slow_pointing_test ${CMAKE_CURRENT_LIST_DIR}/est_slow_pointing_test.cpp LIBS downrange_est)
 downrange_test(est_alpha_beta_test ${CMAKE_CURRENT_LIST_DIR}/est_alpha_beta_test.cpp
                LIBS downrange_est nlohmann_json::nlohmann_json)
 downrange_test(est_contract_test ${CMAKE_CURRENT_LIST_DIR}/est_contract_test.cpp LIBS downrange_est)

@@ -227,7 +227,7 @@ TEST_P(LearningMethod, KeepsWhatIsConfiguredWhereItMustNotLearn) {
 
 TEST_P(LearningMethod, IsNotTaughtBySuspects) {
   test::Flight f = test::draw_flight(8, 60, true);
-  for (Measurement& m : f.measurements) m.suspected = m.source == 1;
+  for (Measurement& m : f.measurements) m.noise_held = m.source == 1;
   const auto method = make_method(GetParam(), f.settings);
   for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
   EXPECT_GT(method->account(0).noise.sigma_ratio(0), 0);

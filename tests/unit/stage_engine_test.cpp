@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 #include <downrange/stage/engine.hpp>
+#include <iterator>
+#include <random>
 
 #include "../support/small_range.hpp"
 
@@ -275,6 +277,46 @@ TEST(Engine, ArrivalShuffledInsideTheHistoryEndsInTheInOrderEstimate) {
   const auto b = run(range, shuffled).of<Trajectory>();
   ASSERT_FALSE(a.empty());
   EXPECT_TRUE(key_of(a.back()) == key_of(b.back()));
+}
+
+/// A minute on the pad, then a flight: what stands still shows the same errors again and again.
+TEST(Engine, NoNoiseIsLearntOnThePad) {
+  RangeConfig range = small_range();
+  range.fuse.methods = {"joint"};
+  range.integrity.enabled = false;  // this vehicle leaves its pad at 500 m/s: a lie to whoever doubts
+  std::vector<Event> events;
+  std::mt19937_64 rng(11);
+  std::normal_distribution<double> normal;
+  std::uint64_t sequence = 1'000'000;
+  const auto at = [](auto message, double t_s) {
+    message.epoch = test::liftoff + seconds(t_s);
+    message.received = message.epoch + milliseconds(40);
+    return message;
+  };
+  for (int tenth = -600; tenth < 0; ++tenth) {
+    const double t_s = 0.1 * tenth;
+    RadarTspi plot = at(test::plot_at(range.radars[0], 0, ++sequence), t_s);
+    plot.measured.range_m += range.radars[0].sigma.range_m * normal(rng);
+    events.emplace_back(plot);
+    if (tenth % 10 != 0) continue;
+    GpsFix fix = at(test::fix_at(range.telemetry[0].id, 0, ++sequence), t_s);
+    for (int k = 0; k < 3; ++k) fix.position.m[k] += 5 * normal(rng);
+    fix.velocity.m_s.setZero();
+    events.emplace_back(fix);
+  }
+  std::ranges::copy(small_flight(range, 60, 12), std::back_inserter(events));
+  double on_pad = 0;
+  double in_flight = 0;
+  for (const SourceHealth& health : run(range, events).of<SourceHealth>()) {
+    if (health.sensor != range.radars[0].id) continue;
+    double& learnt = health.time < test::liftoff ? on_pad : in_flight;
+    learnt = std::max(learnt, health.sigma_ratio[0]);
+    if (health.time > test::liftoff - seconds(1) && health.time < test::liftoff) {
+      EXPECT_GT(health.count[static_cast<std::size_t>(Reason::Accepted)], 500u);
+    }
+  }
+  EXPECT_EQ(on_pad, 0);
+  EXPECT_NEAR(in_flight, 1, 0.2);
 }
 
 TEST(Engine, HealthCountsEverySampleOnce) {

@@ -70,7 +70,7 @@ struct RadarConfig {
   double sigma_range_rate_m_s = 0;    ///< 0: its range rate is not used
   SnrNoise snr{};                     ///< what is added where the signal is weak
   double angle_inflation = 4;         ///< on the angle variances, for slow pointing errors (est/THEORY.md section 4a)
-  PointingWander wander{};            ///< the same as states of joint and schmidt, where they are known
+  PointingWander wander{};            ///< states of joint and schmidt; 0: half of sigma over 100 s where inflated
   bool azimuth_sigma_on_sky = false;  ///< sigma of azimuth is on the sky: the axis's own is that over cos(elevation)
   double refractivity = 0;            ///< N-units at the site; 0: plots are free of refraction, or corrected already
   BiasConfig bias;

@@ -38,13 +38,13 @@ double NoiseScale::sigma_ratio(int component) const {
   return learnt_[i] ? std::sqrt(belief_[i].scale()) : 0;
 }
 
-bool NoiseScale::open(Time epoch, bool suspected, bool referenced) {
-  if (suspected && !suspected_) {
+bool NoiseScale::open(Time epoch, bool held, bool referenced) {
+  if (held && !held_) {
     belief_ = at_kept_ = before_;
     recent_ = {};
   }
-  suspected_ = suspected;
-  if (suspected) return false;
+  held_ = held;
+  if (held) return false;
   if (epoch - kept_ >= forgotten) {
     before_ = at_kept_;
     at_kept_ = belief_;

@@ -10,7 +10,7 @@
 
 namespace downrange {
 Joint::Joint(MethodSettings settings)
-    : settings_(std::move(settings)),
+    : settings_(with_wander_as_states(std::move(settings))),
       arbitration_(settings_),
       models_(model_set(settings_.motion)),
       manoeuvring_(constant_acceleration(settings_.motion)),
@@ -235,7 +235,7 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
   // The noise is the receiver's, whichever station relays it: the first has it for all.
   NoiseScale& noise = s.accounts[settings_.radars.size()].noise;
-  const bool learns = settings_.noise.enabled && noise.open(m.epoch, m.suspected, true);
+  const bool learns = settings_.noise.enabled && noise.open(m.epoch, m.noise_held, true);
   const Fix fix = noise.believed(fix_of(m));
   if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
     give_error_to_motion(t.bank, motion_at, gps_error_at, settings_.gps.error.sigma_m);
@@ -293,7 +293,7 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   }
   SourceAccount& account = s.accounts[source];
   const bool learns =
-      settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, arbitration_.has_receiver(t.life, m.epoch));
+      settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
     return update_by_radar<M>(
         t, account, learns, First, plot_variance(radar, plot).segment<M>(First),

@@ -14,7 +14,7 @@
 
 namespace downrange {
 Schmidt::Schmidt(MethodSettings settings)
-    : settings_(std::move(settings)),
+    : settings_(with_wander_as_states(std::move(settings))),
       arbitration_(settings_),
       models_(model_set(settings_.motion)),
       gps_model_({.noise = MotionModel::Noise::WhiteJerk, .q = settings_.motion.q_ca_m2_s5, .gravity_aware = false}),
@@ -214,7 +214,7 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
 
 template <int M>
 Outcome Schmidt::update_by_fix(Target& t, SourceAccount& account, const Measurement& m) const {
-  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, t.gps.confirmed);
+  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, t.gps.confirmed);
   const Fix fix = account.noise.believed(fix_of(m));
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   const auto compute_evidence = [&] {
@@ -314,7 +314,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     const Plot plot = plot_of(m.measured);
     SourceAccount& account = s.accounts[source];
     const bool learns_noise =
-        settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, has_reference(t, m.epoch));
+        settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, has_reference(t, m.epoch));
     outcome = with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m, learns_noise); });
     if (uses_range_rate(settings_.radars[source], plot))
       note_part(account, update_by_range_rate(t, account, source, plot, learns_noise));

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <downrange/est/method/source_checks.hpp>
 #include <downrange/est/model/plot_model.hpp>
+#include <downrange/est/model/slow_pointing.hpp>
+#include <utility>
 
 namespace downrange {
 
@@ -68,11 +70,16 @@ std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
   return mask;
 }
 
+MethodSettings with_wander_as_states(MethodSettings settings) {
+  settings.radars = with_wander_as_states(std::move(settings.radars));
+  return settings;
+}
+
 std::vector<SourceAccount> accounts_of(const MethodSettings& settings, bool knows_wander) {
   std::vector<SourceAccount> accounts(settings.radars.size() + static_cast<std::size_t>(settings.stations));
   for (std::size_t i = 0; i < settings.radars.size(); ++i) {
     const RadarModel& radar = settings.radars[i];
-    accounts[i].noise = NoiseScale::of_radar(radar.angle_inflation, knows_wander && radar.wander.sigma_rad > 0);
+    accounts[i].noise = NoiseScale::of_radar(radar.angle_inflation, knows_wander);
   }
   return accounts;
 }

@@ -261,7 +261,7 @@ template <int N>
 Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
-  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, true);
+  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, true);
   const Fix fix = account.noise.believed(fix_of(m));
   bound_gps_error(s, t);
   const Vec<N> x = compensated_mean(t.track, s.bias);
@@ -315,7 +315,7 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
   for (int i = 0; i < block.terms; ++i) C.col(i) = predicted.d_bias.col(index(block.term[static_cast<std::size_t>(i)]));
   SourceAccount& account = s.accounts[source];
   const bool learns =
-      settings_.noise.enabled && account.noise.open(m.epoch, m.suspected, arbitration_.has_receiver(t.life, m.epoch));
+      settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
     const Vec<M> variance = plot_variance(radar, plot).segment<M>(First).cwiseProduct(account.noise.factors<M>(First));
     const auto u =

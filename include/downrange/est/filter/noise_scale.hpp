@@ -47,7 +47,7 @@ class NoiseScale {
   static constexpr double most = 100;
   /// A radar's scales wait until its biases are known roughly.
   static constexpr int plots_before = 200;
-  /// Of a source that is suspected, what it taught within this before, or up to twice as long, is forgotten.
+  /// When it is held, what was learnt within this before, or up to twice as long, is forgotten.
   static constexpr Duration forgotten = milliseconds(10'000);
 
   NoiseScale() = default;  ///< of a receiver
@@ -73,9 +73,9 @@ class NoiseScale {
   /// The 1-sigma over the configured one; 0: nothing was learnt of this component.
   [[nodiscard]] double sigma_ratio(int component) const;
 
-  /// Before a measurement is used: does it teach? `referenced`: its target has GPS; without, all is held. `suspected`:
-  /// INTEGRITY doubts the source; all is held, and is what it was before.
-  [[nodiscard]] bool open(Time epoch, bool suspected, bool referenced);
+  /// Before a measurement is used: does it teach? `referenced`: its target has GPS; without, nothing changes.
+  /// `held`: as of Measurement::noise_held; nothing changes, and what was learnt shortly before is forgotten.
+  [[nodiscard]] bool open(Time epoch, bool held, bool referenced);
 
   /// Of a plot's components from `first` on, `variance` as they were used.
   template <int M>
@@ -142,7 +142,7 @@ class NoiseScale {
   Beliefs belief_{};
   std::bitset<max_components> learnt_;
   std::array<Recent, 2> recent_{};  ///< of position, and of range rate
-  bool suspected_ = false;
+  bool held_ = false;
   Beliefs before_{};  ///< at `kept_` less `forgotten`, or at the begin
   Beliefs at_kept_{};
   Time kept_;

@@ -46,6 +46,9 @@ struct LastFix {
 /// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
 [[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);
 
+/// The same with its radars as a method sees them that has states of wander (model/slow_pointing.hpp).
+[[nodiscard]] MethodSettings with_wander_as_states(MethodSettings settings);
+
 /// By source id, of sources that have told nothing yet. `knows_wander`: the method has the wander of mounts as states.
 [[nodiscard]] std::vector<SourceAccount> accounts_of(const MethodSettings& settings, bool knows_wander);
 

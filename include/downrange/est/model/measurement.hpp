@@ -16,7 +16,9 @@ struct Measurement {
   std::uint64_t sequence = 0;
   Measured measured;
   bool in_flight = false;  ///< the vehicle is known to have left its pad
-  bool suspected = false;  ///< INTEGRITY doubts the source: nothing is learnt of its noise
+  /// Nothing is learnt of the source's noise: INTEGRITY doubts it, or the vehicle stands on its pad, where errors stay
+  /// alike for long.
+  bool noise_held = false;
 };
 
 [[nodiscard]] inline bool is_fix(const Measurement& m) { return std::holds_alternative<Fix>(m.measured); }
