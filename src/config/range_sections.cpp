@@ -141,7 +141,8 @@ std::vector<Key<S>> pointing_keys() {
       number("angle_inflation", at(&S::angle_inflation), {1, 1000}, optional,
              "factor on the angle variances, for pointing errors that are not white; 1: they are"),
       number("wander_deg", at(&S::wander, &PointingWander::sigma_rad), {0, 20}, optional,
-             "slowly varying pointing error of each axis, 1-sigma, estimated (joint, schmidt); 0: half the sigma of angles over "
+             "slowly varying pointing error of each axis, 1-sigma, estimated (joint, schmidt); 0: half the sigma of "
+             "angles over "
              "100 s, none where angle_inflation is 1"),
       number("wander_tau_s", at(&S::wander, &PointingWander::tau_s), {0.1, 1e5}, optional,
              "correlation time of that error"),

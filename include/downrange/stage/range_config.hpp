@@ -172,8 +172,8 @@ struct SlaveConfig {
 
 /// Are the sources of a target judged against each other?
 struct IntegrityConfig {
-  bool enabled = true;       ///< where there are two sources or more
-  int rerun_per_tick = 1000; ///< measurements by which a run without a liar catches up, with each tick
+  bool enabled = true;        ///< where there are two sources or more
+  int rerun_per_tick = 1000;  ///< measurements by which a run without a liar catches up, with each tick
   /// In ties, the most trusted source (sensor, station or receiver) first; empty: a tie stays one.
   std::vector<Name> trust;
   /// Copies of one fix by several stations describe one message: they agree to this.
