@@ -81,7 +81,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const std::vector<P
       {"method", honesty_methods().front() + ", as configured by default (launch, orbit_pass) or by config/cape.toml"},
       {"radars of launch, orbit_pass", "goheung 10 Hz, jeju 20 Hz, 25 m, 0.01 deg"},
       {"bias and wander", "drawn from the priors in force, with GPS or without"},
-      {"noise", "white, as the filter has it: what angle_inflation adds is wander"},
+      {"noise", "white, as the filter is told it: angle_inflation included"},
       {"GPS", "1 Hz with velocity, configured noise, slow error of the filter's model"},
       {"scored", "position twice a second, predicted to the tick, from the first estimate on"}};
 }
