@@ -139,7 +139,7 @@ struct SourceIntegrity {
   Time onset{};               ///< it disagreed no later than this; 0: it does not
   double test_value = 0;      ///< of the test that speaks most against it, in units of its threshold
   std::uint64_t against = 0;  ///< bit i: it disagrees with sources[i] of the record
-  double apart_m = 0;         ///< how far from these
+  double apart_m = 0;         ///< how far from these; m/s where `why` is of a velocity
   double agree_m = 0;         ///< how far these are from each other; 0: one alone, or not known
   Name by{};                  ///< "integrity", or the operator who ordered it; empty where nobody did
 

@@ -26,6 +26,8 @@ constexpr double same_direction = 0.5;
 constexpr double calm = 0.2;
 /// Who failed agrees again below this share only: with the time since the reference grows what wander may explain.
 constexpr double forgiven = 0.35;
+/// The oldest of the references is this old: what two sources drift apart shows against it by then, however slowly they
+/// do.
 constexpr Duration longest_onset = milliseconds(30'000);
 
 }  // namespace
