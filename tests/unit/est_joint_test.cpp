@@ -189,6 +189,40 @@ TEST(EveryMethodWithTheRegimeWithoutGps, LooksForTimeTagsOnlyWhereTwoRadarsBearO
   }
 }
 
+/// All stamps late alike are no different from a target elsewhere on its path: their mean is never known better than
+/// before any plot, and what the motion owes to it is that mean times velocity.
+TEST(Joint, NeverLearnsWithoutGpsWhatAllTimeTagsHaveInCommon) {
+  const Site pad({34.43 * test::deg, 127.53 * test::deg, 100});
+  Flight f = draw_flight(10, 100, false, false);
+  const Joint joint(f.settings);
+  Joint::State state = joint.initial();
+  for (Measurement& m : f.measurements) {
+    // As fast as a satellite, and as smooth.
+    const double t = (m.epoch - Time{}).seconds();
+    const Site& site = f.settings.radars[static_cast<std::size_t>(m.source)].site;
+    const Polar at_drawn = polar_from_enu(site.enu_of(test::truth_at(pad, t)));
+    const Polar at_there = polar_from_enu(site.enu_of(pad.ecef_of({{7500 * t - 4e5, 3e5, 4e5}})));
+    test::polar(m).range_m += at_there.range_m - at_drawn.range_m;
+    test::polar(m).azimuth_rad += at_there.azimuth_rad - at_drawn.azimuth_rad;
+    test::polar(m).elevation_rad += at_there.elevation_rad - at_drawn.elevation_rad;
+    (void)joint.apply(state, m);
+    if (t < 20 || m.sequence % 50 != 0) continue;
+    const Joint::Target& target = state.targets[0];
+    const auto& tags = joint.layout(target).time_tags;
+    ASSERT_EQ(tags.size(), 2u);
+    const Hypothesis& h = target.bank.mode[0];
+    const int first = tags[0].at;
+    const int second = tags[1].at;
+    const double of_mean = (h.P(first, first) + 2 * h.P(first, second) + h.P(second, second)) / 4;
+    const double prior = tags[0].variance / 2;
+    EXPECT_NEAR(of_mean / prior, 1, 1e-6) << t;
+    const Vec<3> v = h.x.segment<3>(Joint::motion_at + 3);
+    const Vec<3> with_motion =
+        (h.P.block<3, 1>(Joint::motion_at, first) + h.P.block<3, 1>(Joint::motion_at, second)) / 2;
+    EXPECT_NEAR(with_motion.dot(v) / v.squaredNorm() / prior, 1, 0.1) << t;
+  }
+}
+
 /// In units of their own sigma: states of 1e6 m stand beside scales of 1e-5.
 double least_eigenvalue(const Eigen::MatrixXd& P) {
   const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();

@@ -61,17 +61,25 @@ int RadarBlock::place_of(BiasTerm wanted) const {
   return -1;
 }
 
+static void append(BiasLayout& layout, const RadarBlock& block) {
+  const int tag = block.place_of(BiasTerm::TimeTag);
+  const double variance = block.model.prior_cov(index(BiasTerm::TimeTag), index(BiasTerm::TimeTag));
+  if (tag >= 0 && variance > 0)
+    layout.time_tags.push_back({.radar = layout.radars.size(), .at = tag, .variance = variance});
+  layout.radars.push_back(block);
+  layout.size += block.size();
+}
+
 BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
-  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  BiasLayout layout{.first = first, .size = 0, .radars = {}, .time_tags = {}};
   for (const RadarModel& radar : radars) {
-    layout.radars.push_back(block_of(radar.bias, radar.wander, first + layout.size));
-    layout.size += layout.radars.back().size();
+    append(layout, block_of(radar.bias, radar.wander, first + layout.size));
   }
   return layout;
 }
 
 BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime, int first) {
-  BiasLayout layout{.first = first, .size = 0, .radars = {}};
+  BiasLayout layout{.first = first, .size = 0, .radars = {}, .time_tags = {}};
   const auto tighten = [](BiasModel& model, BiasTerm term, double sigma) {
     const Eigen::Index k = index(term);
     if (model.prior_cov(k, k) <= sigma * sigma) return;
@@ -91,8 +99,7 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
     tighten(model, BiasTerm::ScaleElevation, 2.5e-4);
     PointingWander wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
     if (radar.sigma.azimuth_rad == 0) wander = {};
-    layout.radars.push_back(block_of(model, wander, first + layout.size));
-    layout.size += layout.radars.back().size();
+    append(layout, block_of(model, wander, first + layout.size));
   }
   return layout;
 }
@@ -117,13 +124,6 @@ void reset_bias(Hypothesis& h, const RadarBlock& block) {
   }
   if (block.wanders()) cov.diagonal().tail<2>().setConstant(block.wander.sigma_rad * block.wander.sigma_rad);
   reset_block(h, block.at, mean, cov);
-}
-
-void hold_time_tag(Hypothesis& h, const RadarBlock& block) {
-  const int at = block.place_of(BiasTerm::TimeTag);
-  if (at < 0) return;
-  h.P.row(at).setZero();
-  h.P.col(at).setZero();
 }
 
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {
@@ -221,30 +221,8 @@ Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const 
   return l;
 }
 
-void open_bias(Bank& bank, const RadarBlock& block, bool holds_time_tag) {
-  for (int i = 0; i < bank.count; ++i) {
-    Hypothesis& h = bank.mode[static_cast<std::size_t>(i)];
-    reset_bias(h, block);
-    if (holds_time_tag) hold_time_tag(h, block);
-  }
-}
-
-void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::uint64_t tracking) {
-  for (int i = 0; i < bank.count; ++i) {
-    Hypothesis& h = bank.mode[static_cast<std::size_t>(i)];
-    const Vec<3> v = h.x.segment<3>(motion_at + 3);
-    for (std::size_t radar = 0; radar < layout.radars.size(); ++radar) {
-      const RadarBlock& block = layout.radars[radar];
-      const int at = block.place_of(BiasTerm::TimeTag);
-      if (at < 0) continue;
-      const double variance = block.model.prior_cov(index(BiasTerm::TimeTag), index(BiasTerm::TimeTag));
-      h.P(at, at) += variance;
-      if ((tracking >> radar & 1) == 0) continue;
-      h.P.block<3, 3>(motion_at, motion_at) += variance * v * v.transpose();
-      h.P.block<3, 1>(motion_at, at) += variance * v;
-      h.P.block<1, 3>(at, motion_at) = h.P.block<3, 1>(motion_at, at).transpose();
-    }
-  }
+void open_bias(Bank& bank, const RadarBlock& block) {
+  for (int i = 0; i < bank.count; ++i) reset_bias(bank.mode[static_cast<std::size_t>(i)], block);
 }
 
 Vec<3> combined_three(const Bank& bank, int at) {

@@ -18,12 +18,12 @@ void update_considering_first(Hypothesis& h, const Evidence<M>& e, Eigen::Index 
   h.P.bottomLeftCorner(corrected, at) = h.P.topRightCorner(at, corrected).transpose();
 }
 
-/// A plot corrects all but the GPS track, which is considered.
+/// A plot corrects all but the GPS track and what is `considered` besides (apply_evidence_but).
 template <int M>
-void update_considering_gps(Hypothesis& h, const Evidence<M>& f) {
+void update_considering_gps(Hypothesis& h, const Evidence<M>& f, const Columns<M>& considered) {
   const Vec<12> gps = h.x.segment<12>(Schmidt::gps_at);
   const Mat<12, 12> P_gps = h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at);
-  apply_evidence<M>(h, f);
+  apply_evidence_but<M>(considered, h, f);
   h.x.segment<12>(Schmidt::gps_at) = gps;
   h.P.block<12, 12>(Schmidt::gps_at, Schmidt::gps_at) = P_gps;
 }

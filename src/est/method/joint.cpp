@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "time_tags.hpp"
 #include "told.hpp"
 
 namespace downrange {
@@ -34,7 +35,8 @@ Joint::State Joint::initial() const {
 }
 
 void Joint::size_state(State& s, Target& t, bool without_gps) const {
-  t.without_gps = t.holds_time_tags = without_gps;
+  t.without_gps = without_gps;
+  t.learns_biases = true;
   t.bank.count = models_.count;
   t.bank.probability = models_.initial_probability;
   const BiasLayout& blocks = layout(t);
@@ -51,10 +53,7 @@ void Joint::size_state(State& s, Target& t, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(n);
     h.P.setZero(n, n);
-    for (const RadarBlock& block : blocks.radars) {
-      reset_bias(h, block);
-      if (t.holds_time_tags) hold_time_tag(h, block);
-    }
+    for (const RadarBlock& block : blocks.radars) reset_bias(h, block);
     if (teacher != nullptr) {
       const Hypothesis& known = teacher->bank.mode[static_cast<std::size_t>(likeliest(teacher->bank))];
       h.x.tail(blocks.size) = known.x.tail(blocks.size);
@@ -98,6 +97,7 @@ void Joint::restart_motion(Target& t, const Measurement& m) const {
   const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
   set_motion(t, first_motion(m, settings_, block.bias_at(known.x, plot_of(m.measured).measured.elevation_rad)));
+  if (t.without_gps) leave_time_tags_out(t, layout(t));
   for (int i = 0; i < t.bank.count; ++i) tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], motion_at, radar, block);
 }
 
@@ -125,19 +125,21 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const bool gps = is_fix(m);
   Outcome outcome;
+  bool plot_waits = false;
   if (!t.started) {
     if (!tells_position(m.measured)) return outcome;
     start_by(s, m, !gps && settings_.gps.no_gps.enabled);
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     advance(t, m.epoch);
-    outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
+    plot_waits = !gps && waits_for_velocity(t, m);
+    if (!plot_waits) outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
     const bool contradicted = gps && t.without_gps;  // and arbitrated already
     if (outcome.verdict != Verdict::Accepted && !contradicted) outcome = arbitrate(s, m, outcome);
   }
   count(s.accounts[static_cast<std::size_t>(m.source)], outcome);
-  const bool waits = gps && t.without_gps;
-  if (outcome.verdict != Verdict::Accepted || waits) return outcome;
+  const bool used = !plot_waits && !(gps && t.without_gps);  // a first fix waits for the next ones
+  if (outcome.verdict != Verdict::Accepted || !used) return outcome;
 
   arbitration_.accepted(t.life, m);
   t.data_epoch = m.epoch;
@@ -147,6 +149,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   Radar& radar = t.radars[static_cast<std::size_t>(m.source)];
   radar.epoch = m.epoch;
   ++radar.samples;
+  if (t.without_gps) put_time_tags_in(t, motion_at, layout(t), static_cast<std::size_t>(m.source));
   if (arbitration_.has_receiver(t.life, m.epoch)) {
     radar.referenced = true;
     radar.updated = m.epoch;
@@ -164,7 +167,7 @@ Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected
       restart_motion(t, m);
       return {};
     case Remedy::OpenBias:
-      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)], t.holds_time_tags);
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
       break;
     case Remedy::Unite:
       unite(t, m, track.mean);
@@ -184,8 +187,8 @@ void Joint::unite(Target& t, const Measurement& fix, const Vec<9>& track) const 
 }
 
 template <int M, class Linearise>
-Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, const Linearise& linearise,
-                      NoiseLesson<M>* lesson) const {
+Outcome Joint::update(Target& t, SourceAccount& account, std::uint64_t heard, const Mat<M, M>& R,
+                      const Linearise& linearise, NoiseLesson<M>* lesson) const {
   std::array<BlockJacobian<M>, ModelSet::max_models> jacobian;
   std::array<Evidence<M>, ModelSet::max_models> evidence;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
@@ -210,8 +213,14 @@ Outcome Joint::update(Target& t, SourceAccount& account, const Mat<M, M>& R, con
   const double nis = t.bank.count == 1 ? evidence[0].nis : nu.dot(S.llt().solve(nu));
   const Outcome outcome{.verdict = nearest <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = nis, .dof = M};
   const bool accepted = outcome.verdict == Verdict::Accepted;
-  for (int i = 0; i < t.bank.count && accepted; ++i)
-    apply_evidence<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)]);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(t.bank.count) && accepted; ++k) {
+    if (t.without_gps) {
+      apply_evidence_but<M>(considered_without_gps<M>(layout(t), t.learns_biases, heard, evidence[k].W), t.bank.mode[k],
+                            evidence[k]);
+    } else {
+      apply_evidence<M>(t.bank.mode[k], evidence[k]);
+    }
+  }
   if (accepted) reweigh(t.bank, log_likelihoods);
   if (lesson != nullptr) *lesson = noise_lesson<M>(t.bank, evidence, outcome.verdict);
   if (!accepted) return outcome;
@@ -242,7 +251,7 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
   const auto use = [&]<int M>() {
     NoiseLesson<M> lesson;
     const Outcome outcome = update<M>(
-        t, account, fix_noise<M>(fix),
+        t, account, 0, fix_noise<M>(fix),
         [&](const Hypothesis& h, const MotionModel&) {
           return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
         },
@@ -270,12 +279,12 @@ Outcome Joint::first_fix(State& s, const Measurement& m) const {
 }
 
 template <int M, class Linearise>
-Outcome Joint::update_by_radar(Target& t, SourceAccount& account, bool learns, int first, const Vec<M>& configured,
-                               const Linearise& linearise) const {
+Outcome Joint::update_by_radar(Target& t, SourceAccount& account, std::uint64_t heard, bool learns, int first,
+                               const Vec<M>& configured, const Linearise& linearise) const {
   const Vec<M> variance = configured.cwiseProduct(account.noise.factors<M>(first));
   NoiseLesson<M> lesson;
   const Outcome outcome =
-      update<M>(t, account, Mat<M, M>(variance.asDiagonal()), linearise, learns ? &lesson : nullptr);
+      update<M>(t, account, heard, Mat<M, M>(variance.asDiagonal()), linearise, learns ? &lesson : nullptr);
   if (learns) account.noise.learn<M>(first, variance, lesson);
   return outcome;
 }
@@ -286,17 +295,13 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Plot plot = plot_of(m.measured);
-  const std::uint64_t others = Arbitration::other_radars(t.life, m);
-  if (t.holds_time_tags && others != 0) {
-    t.holds_time_tags = false;
-    open_time_tags(t.bank, motion_at, layout(t), others);
-  }
   SourceAccount& account = s.accounts[source];
+  const std::uint64_t heard = radars_heard(t, source);
   const bool learns =
       settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
     return update_by_radar<M>(
-        t, account, learns, First, plot_variance(radar, plot).segment<M>(First),
+        t, account, heard, learns, First, plot_variance(radar, plot).segment<M>(First),
         [&](const Hypothesis& h, const MotionModel& model) {
           const auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
           return std::pair(l.H, l.nu);
@@ -304,12 +309,12 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   });
   if (!uses_range_rate(radar, plot)) return outcome;
   // Judged by itself: neither takes the other along when it is wrong.
-  note_part(account,
-            update_by_radar<1>(t, account, learns, NoiseScale::range_rate, Vec<1>(range_rate_variance(radar, plot)),
-                               [&](const Hypothesis& h, const MotionModel& model) {
-                                 const auto l = linearise_range_rate(h, motion_at, model, radar, block, plot);
-                                 return std::pair(l.H, l.nu);
-                               }));
+  note_part(account, update_by_radar<1>(t, account, heard, learns, NoiseScale::range_rate,
+                                        Vec<1>(range_rate_variance(radar, plot)),
+                                        [&](const Hypothesis& h, const MotionModel& model) {
+                                          const auto l = linearise_range_rate(h, motion_at, model, radar, block, plot);
+                                          return std::pair(l.H, l.nu);
+                                        }));
   return outcome;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "consider.hpp"
+#include "time_tags.hpp"
 #include "told.hpp"
 
 namespace downrange {
@@ -50,7 +51,8 @@ void Schmidt::reserve(State& state) const {
 
 void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
   t.has_state = true;
-  t.without_gps = t.holds_time_tags = without_gps;
+  t.without_gps = without_gps;
+  t.learns_biases = true;
   t.epoch = t.mixed = epoch;
   t.bank.count = models_.count;
   t.bank.probability = models_.initial_probability;
@@ -58,10 +60,7 @@ void Schmidt::size_state(Target& t, Time epoch, bool without_gps) const {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     h.x.setZero(first_radar_ + layout(t).size);
     h.P.setZero(h.x.size(), h.x.size());
-    for (const RadarBlock& block : layout(t).radars) {
-      reset_bias(h, block);
-      if (t.holds_time_tags) hold_time_tag(h, block);
-    }
+    for (const RadarBlock& block : layout(t).radars) reset_bias(h, block);
   }
 }
 
@@ -114,6 +113,7 @@ void Schmidt::start_fused_by(Target& t, const Measurement& plot) const {
   const Hypothesis& known = t.bank.mode[static_cast<std::size_t>(likeliest(t.bank))];
   start_fused(t, plot.epoch,
               first_motion(plot, settings_, block.bias_at(known.x, plot_of(plot.measured).measured.elevation_rad)));
+  if (t.without_gps) leave_time_tags_out(t, layout(t));
   for (int i = 0; i < t.bank.count; ++i)
     tie_to_bias(t.bank.mode[static_cast<std::size_t>(i)], fused_at, settings_.radars[source], block);
 }
@@ -128,19 +128,6 @@ void Schmidt::start_fused_near_gps(Target& t) const {
   start_fused(t, t.epoch, motion);
 }
 
-void Schmidt::start_gps(Target& t, const Measurement& m) const {
-  t.gps_epoch = m.epoch;
-  forget_knots(t);
-  const Gaussian<9> motion = first_motion(m, settings_, Vec<bias_term_count>::Zero());
-  const double variance = settings_.gps.error.enabled ? std::pow(settings_.gps.error.sigma_m, 2) : 0;
-  for (int i = 0; i < t.bank.count; ++i) {
-    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    reset_block(h, gps_at, motion.mean, motion.cov);
-    reset_block(h, gps_error_at, Vec<3>::Zero(), variance * Mat<3, 3>::Identity());
-  }
-  add_knot(t);
-}
-
 void Schmidt::note_learnt(Target& t, int source, const TimedPlot& plot, bool learnt) const {
   Radar& radar = t.radars[static_cast<std::size_t>(source)];
   if (learnt) {
@@ -152,7 +139,7 @@ void Schmidt::note_learnt(Target& t, int source, const TimedPlot& plot, bool lea
              ++radar.rejected_in_row >= settings_.arbitration.reopen_after) {
     radar.rejected_in_row = 0;
     if (radar.opening.open(plot.epoch, settings_.arbitration.reopen_after))
-      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(source)], t.holds_time_tags);
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(source)]);
   }
 }
 
@@ -194,15 +181,6 @@ void Schmidt::advance(Target& t, Time to) const {
   predict(t, to);
 }
 
-bool Schmidt::has_reference(const Target& t, Time at) const {
-  return t.gps.confirmed && at - t.gps_epoch <= settings_.gps.max_age;
-}
-
-Gaussian<9> Schmidt::gps_motion(const Target& t) {
-  const Hypothesis& h = t.bank.mode[0];
-  return {.mean = h.x.segment<9>(gps_at), .cov = h.P.block<9, 9>(gps_at, gps_at)};
-}
-
 Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   if (!t.has_state) size_state(t, m.epoch, settings_.gps.no_gps.enabled);
@@ -212,91 +190,6 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
   return outcome;
 }
 
-template <int M>
-Outcome Schmidt::update_by_fix(Target& t, SourceAccount& account, const Measurement& m) const {
-  const bool learns = settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, t.gps.confirmed);
-  const Fix fix = account.noise.believed(fix_of(m));
-  std::array<Evidence<M>, ModelSet::max_models> evidence;
-  const auto compute_evidence = [&] {
-    for (int i = 0; i < t.bank.count; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      evidence[k] = evidence_of<M>(t.bank.mode[k], fix_jacobian<M>(gps_at),
-                                   fix_residual<M>(t.bank.mode[k], gps_at, fix), fix_noise<M>(fix));
-    }
-  };
-  if (arbitration_.is_no_gps_error(combined_three(t.bank, gps_error_at)))
-    give_error_to_motion(t.bank, gps_at, gps_error_at, settings_.gps.error.sigma_m);
-  compute_evidence();
-  // The GPS track is the same in all modes: one judges for all.
-  const Evidence<M>& e = evidence[0];
-  const auto count = static_cast<std::size_t>(t.bank.count);
-  const Mat<9, 9> before = gps_motion(t).cov;
-  if (!e.singular && e.nis > gates_[M] && t.gps.confirmed && Arbitration::may_be_engine_event(t.life)) {
-    Mat<9, 9> opened = before;
-    Arbitration::add_engine_event(opened, t.epoch - t.gps_epoch);
-    const auto set = [&](const Mat<9, 9>& cov) {
-      for (std::size_t k = 0; k < count; ++k) t.bank.mode[k].P.block<9, 9>(gps_at, gps_at) = cov;
-    };
-    set(opened);
-    compute_evidence();
-    if (!(e.nis <= gates_[M])) set(before);
-  }
-  if (std::ranges::any_of(std::span(evidence).first(count), &Evidence<M>::singular))
-    return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
-  const Outcome outcome{.verdict = e.nis <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
-  if (learns) account.noise.learn<M>(fix, noise_lesson<M>(t.bank, evidence, outcome.verdict));
-  if (outcome.verdict != Verdict::Accepted) return outcome;
-  for (int i = 0; i < t.bank.count; ++i)
-    update_considering_first<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)],
-                                gps_at);
-  note_innovation<M>(account, e.nu, e.S, e.nis);
-  return outcome;
-}
-
-Outcome Schmidt::apply_fix(State& s, const Measurement& m) const {
-  Target& t = s.targets[static_cast<std::size_t>(m.target)];
-  SourceAccount& account = s.accounts[static_cast<std::size_t>(m.source)];
-  const Hypothesis& h = t.bank.mode[0];
-  TrackVelocity velocity;
-  if (t.gps.started)
-    velocity = {.m_s = h.x.segment<3>(gps_at + 3),
-                .sigma_m_s = std::sqrt(h.P.block<3, 3>(gps_at + 3, gps_at + 3).trace())};
-  if (is_frozen(t.last_fix, m, velocity)) return {.verdict = Verdict::Frozen, .nis = 0, .dof = 3};
-  const auto update = [&] {
-    const bool with_velocity = fix_of(m).velocity_valid && settings_.gps_use.velocity;
-    return with_velocity ? update_by_fix<6>(t, account, m) : update_by_fix<3>(t, account, m);
-  };
-  return update_gps_track(
-      arbitration_, t.life, t.gps, m, judging_motion(t, m.epoch).mean, fused_agrees(t, m), [&] { start_gps(t, m); },
-      update, [&] { believe(t, m); }, [&] { unite(t, m); });
-}
-
-void Schmidt::believe(Target& t, const Measurement& fix) const {
-  if (t.without_gps) leave_regime(t);
-  t.gps_epoch = fix.epoch;
-  add_knot(t);
-  if (knots_ > 0) release_held(t);
-}
-
-void Schmidt::unite(Target& t, const Measurement& fix) const {
-  for (int i = 0; i < t.bank.count; ++i)
-    loosen_biases(t.bank.mode[static_cast<std::size_t>(i)], layout(t), Arbitration::recent_radars(t.life, fix.epoch));
-  tie_fused_to_bias(t);
-}
-
-Gaussian<9> Schmidt::judging_motion(const Target& t, Time at) const {
-  if (t.fused_started && Arbitration::recent_radars(t.life, at) != 0)
-    return combined_motion(t.bank, models_, fused_at, 0);
-  return gps_motion(t);
-}
-
-bool Schmidt::fused_agrees(const Target& t, const Measurement& fix) const {
-  if (!t.fused_started || Arbitration::recent_radars(t.life, fix.epoch) == 0) return false;
-  const Gaussian<9> motion = combined_motion(t.bank, models_, fused_at, 0);
-  const Mat<3, 3> S = motion.cov.topLeftCorner<3, 3>() + fix_covariance(fix_of(fix));
-  return normalised_square<3>(fix_of(fix).position.m - motion.mean.head<3>(), S) <= gates_[3];
-}
-
 Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   const auto source = static_cast<std::size_t>(m.source);
@@ -304,11 +197,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     if (!starts_near_gps_ || !has_reference(t, m.epoch)) return {};
     start_fused_near_gps(t);
   }
-  const std::uint64_t others = Arbitration::other_radars(t.life, m);
-  if (t.holds_time_tags && others != 0) {
-    t.holds_time_tags = false;
-    open_time_tags(t.bank, fused_at, layout(t), others);
-  }
+  if (waits_for_velocity(t, m)) return {};
   Outcome outcome;
   if (t.fused_started) {
     const Plot plot = plot_of(m.measured);
@@ -324,6 +213,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
     start_fused_by(t, m);
   }
   if (outcome.verdict == Verdict::Accepted) {
+    if (t.without_gps) put_time_tags_in(t, fused_at, layout(t), source);
     arbitration_.accepted(t.life, m);
     t.data_epoch = m.epoch;
     t.nis = outcome.nis;
@@ -336,7 +226,7 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
       start_fused_by(t, m);
       break;
     case Remedy::OpenBias:
-      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)], t.holds_time_tags);
+      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
       break;
     case Remedy::None:
     case Remedy::Unite:
@@ -372,6 +262,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const Vec<M> variance = plot_variance(radar, plot).segment<M>(First).cwiseProduct(account.noise.factors<M>(First));
   const Mat<M, M> R = variance.asDiagonal();
 
+  const std::uint64_t heard = radars_heard(t, source);
   // What the fused track and what the GPS track say of the plot; its noise is common to both.
   std::array<Linearisation<M>, ModelSet::max_models> by_fused;
   std::array<Evidence<M>, ModelSet::max_models> of_fused;
@@ -414,7 +305,9 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   const bool follows = outcome.verdict == Verdict::Accepted;
   for (std::size_t k = 0; k < count; ++k) {
     if (t.without_gps) {
-      if (follows) update_considering_gps(t.bank.mode[k], of_fused[k]);
+      if (follows)
+        update_considering_gps(t.bank.mode[k], of_fused[k],
+                               considered_without_gps<M>(layout(t), t.learns_biases, heard, of_fused[k].W));
       continue;
     }
     Mat<9, M> of_A = Mat<9, M>::Zero();
@@ -441,6 +334,7 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
   const RadarModel& radar = settings_.radars[source];
   const RadarBlock& block = layout(t).radars[source];
   const Vec<1> R(range_rate_variance(radar, plot) * account.noise.factor(NoiseScale::range_rate));
+  const std::uint64_t heard = radars_heard(t, source);
   std::array<Evidence<1>, ModelSet::max_models> evidence;
   Vec<ModelSet::max_models> log_likelihoods = Vec<ModelSet::max_models>::Zero();
   double nearest = std::numeric_limits<double>::infinity();
@@ -460,7 +354,8 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
   for (int i = 0; i < t.bank.count && accepted; ++i) {
     const auto k = static_cast<std::size_t>(i);
     if (t.without_gps) {
-      update_considering_gps(t.bank.mode[k], evidence[k]);
+      update_considering_gps(t.bank.mode[k], evidence[k],
+                             considered_without_gps<1>(layout(t), t.learns_biases, heard, evidence[k].W));
     } else {
       update_track(t.bank.mode[k], first_radar_, evidence[k]);
     }
@@ -475,19 +370,6 @@ std::optional<TrackEstimate> Schmidt::fused(const State& state, int target, std:
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.fused_started) return std::nullopt;
   return track_of(t, models_, fused_at, at);
-}
-
-std::optional<TrackEstimate> Schmidt::gps_track(const State& state, int target, Time at) const {
-  const Target& t = state.targets[static_cast<std::size_t>(target)];
-  if (!t.gps.confirmed) return std::nullopt;
-  const Gaussian<9> x = downrange::predict(gps_model_, gps_motion(t), (at - t.epoch).seconds());
-  TrackEstimate e;
-  e.epoch = at;
-  e.data_epoch = t.gps_epoch;
-  e.size = 9;
-  e.mean = x.mean;
-  e.cov = x.cov;
-  return e;
 }
 
 BiasEstimate Schmidt::bias(const State& state, int radar) const {

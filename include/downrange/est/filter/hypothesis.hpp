@@ -54,6 +54,12 @@ struct BiasLayout {
   int first = 0;
   int size = 0;  ///< of all blocks
   std::vector<RadarBlock> radars;
+  struct TimeTag {
+    std::size_t radar = 0;
+    int at = 0;           ///< in the state vector
+    double variance = 0;  ///< of its prior, s^2
+  };
+  std::vector<TimeTag> time_tags;
 };
 
 [[nodiscard]] BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first);
@@ -66,9 +72,6 @@ struct BiasLayout {
 void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
                  const Eigen::Ref<const Eigen::MatrixXd>& cov);
 void reset_bias(Hypothesis& h, const RadarBlock& block);
-/// Of one radar alone, a late stamp cannot be told from the target's place along its path: until another radar bears on
-/// it, the time tag is held at its prior mean, as if it were known.
-void hold_time_tag(Hypothesis& h, const RadarBlock& block);
 /// A quarter of their prior covariance is added to the biases of the radars whose bits are set: a returning receiver
 /// may show them to have been mistaken.
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars);
@@ -188,6 +191,15 @@ void apply_evidence(Hypothesis& h, const Evidence<M>& e) {
   subtract_product(h.P, e.W, e.W);
 }
 
+/// The same but for `considered`, a part of the gain (of e.W): what it would have corrected keeps its mean and what is
+/// known of it (Schmidt); only what it has in common with the rest changes.
+template <int M>
+void apply_evidence_but(const Columns<M>& considered, Hypothesis& h, const Evidence<M>& e) {
+  h.x += (e.W - considered).lazyProduct(e.whitened);
+  subtract_product(h.P, e.W, e.W);
+  subtract_product(h.P, considered, -considered);
+}
+
 /// Jacobian and residual of M components of a plot for the motion at `motion_at` (nine states) and the bias block of
 /// its radar.
 template <int M>
@@ -235,11 +247,8 @@ struct Bank {
   Vec<ModelSet::max_models> probability = Vec<ModelSet::max_models>::UnitX();
 };
 
-/// A radar's bias may be anything again that its prior allows; with its time tag held or not.
-void open_bias(Bank& bank, const RadarBlock& block, bool holds_time_tag);
-/// The time tags held get their priors. The radars whose bits are set have told the motion at `motion_at`, which is off
-/// by their tag times velocity.
-void open_time_tags(Bank& bank, int motion_at, const BiasLayout& layout, std::uint64_t tracking);
+/// A radar's bias may be anything again that its prior allows.
+void open_bias(Bank& bank, const RadarBlock& block);
 
 /// The three states from `at` on, of the mixture.
 [[nodiscard]] Vec<3> combined_three(const Bank& bank, int at);

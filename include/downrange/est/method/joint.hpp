@@ -32,14 +32,15 @@ class Joint {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest accepted plot while GPS was there
     std::uint64_t samples = 0;
+    double blind = 0;  ///< plots that told the motion before its velocity was known
     bool referenced = false;
   };
   struct Target {
     bool started = false;
-    bool without_gps = false;      ///< the regime
-    bool holds_time_tags = false;  ///< in it, while one radar has been heard
-    Time epoch;                    ///< of the bank
-    Time mixed;                    ///< last interaction of the bank's models
+    bool without_gps = false;   ///< the regime
+    bool learns_biases = true;  ///< in it, not before the velocity is known (time_tags.hpp)
+    Time epoch;                 ///< of the bank
+    Time mixed;                 ///< last interaction of the bank's models
     Bank bank;
     Manoeuvre manoeuvre;  ///< kinematics vdie only
     Time data_epoch;      ///< newest accepted measurement
@@ -91,14 +92,15 @@ class Joint {
   Outcome update_by_fix(State& s, const Measurement& m) const;
   Outcome first_fix(State& s, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
-  /// `lesson`, where given, gets what the innovation tells of R.
+  /// `heard`: the radars that have told something of the target, this one included. `lesson`, where given, gets what
+  /// the innovation tells of R.
   template <int M, class Linearise>
-  Outcome update(Target& t, SourceAccount& account, const Mat<M, M>& R, const Linearise& linearise,
+  Outcome update(Target& t, SourceAccount& account, std::uint64_t heard, const Mat<M, M>& R, const Linearise& linearise,
                  NoiseLesson<M>* lesson) const;
   /// By a radar's components from `first` on (NoiseScale), whose configured variances are given.
   template <int M, class Linearise>
-  Outcome update_by_radar(Target& t, SourceAccount& account, bool learns, int first, const Vec<M>& configured,
-                          const Linearise& linearise) const;
+  Outcome update_by_radar(Target& t, SourceAccount& account, std::uint64_t heard, bool learns, int first,
+                          const Vec<M>& configured, const Linearise& linearise) const;
   /// After a rejection; for a fix that is used after all, what became of it.
   Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
   void unite(Target& t, const Measurement& fix, const Vec<9>& track) const;

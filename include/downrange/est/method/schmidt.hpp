@@ -45,6 +45,7 @@ class Schmidt {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest plot that corrected the bias
     std::uint64_t samples = 0;
+    double blind = 0;         ///< plots that told the motion before its velocity was known
     int rejected_in_row = 0;  ///< by the bias, though another would explain them
     BiasOpening opening;      ///< by plots that the bias rejects
   };
@@ -55,9 +56,9 @@ class Schmidt {
     Plot plot;
   };
   struct Target {
-    bool has_state = false;        ///< the bank is sized and holds the biases
-    bool without_gps = false;      ///< the regime
-    bool holds_time_tags = false;  ///< in it, while one radar has been heard
+    bool has_state = false;     ///< the bank is sized and holds the biases
+    bool without_gps = false;   ///< the regime
+    bool learns_biases = true;  ///< in it, not before the velocity is known (time_tags.hpp)
     bool fused_started = false;
     GpsReference gps;
     Time epoch;  ///< of the bank
