@@ -171,7 +171,7 @@ std::vector<Event> events_of(const Profile& profile, const sim::Scenario& scenar
 
 class Scorer final : public ResultSink {
  public:
-  explicit Scorer(const Profile& profile) : profile_(profile) {
+  Scorer(const Profile& profile, std::uint64_t seed) : profile_(profile), seed_(seed) {
     const auto bins = static_cast<std::size_t>(std::ceil(profile.end_s / bin_s));
     track_.share.resize(bins);
     track_.error.resize(bins);
@@ -179,6 +179,7 @@ class Scorer final : public ResultSink {
   }
 
   void emit(const Result& result) override {
+    if (const auto* judged = std::get_if<Integrity>(&result)) note_exclusion(*judged);
     const auto* t = std::get_if<Trajectory>(&result);
     if (t == nullptr || !t->primary) return;
     const double t_s = (t->epoch - profile_.liftoff).seconds();
@@ -207,7 +208,15 @@ class Scorer final : public ResultSink {
   }
 
  private:
+  void note_exclusion(const Integrity& judged) {
+    const auto excluded = std::ranges::find(judged.sources, IntegrityVerdict::Excluded, &SourceIntegrity::verdict);
+    if (excluded == judged.sources.end() || !track_.excluded.empty()) return;
+    track_.excluded.push_back(
+        {.seed = seed_, .source = excluded->sensor, .at_s = (judged.time - profile_.liftoff).seconds()});
+  }
+
   const Profile& profile_;
+  std::uint64_t seed_;
   Track track_;
 };
 
@@ -228,6 +237,7 @@ Track& Track::operator+=(const Track& other) {
   position += other.position;
   shares.insert(shares.end(), other.shares.begin(), other.shares.end());
   without_track += other.without_track;
+  excluded.insert(excluded.end(), other.excluded.begin(), other.excluded.end());
   return *this;
 }
 
@@ -276,7 +286,7 @@ Track fly(const Profile& profile, bool gps, std::uint64_t seed) {
   range.fuse.methods.resize(1);
   range.antennas.clear();
   const std::vector<Event> events = events_of(profile, scenario_of(profile, gps, seed), seed);
-  Scorer scorer(profile);
+  Scorer scorer(profile, seed);
   Engine engine(range, {}, scorer);
   for (const Event& event : events) engine.handle(engine.admit(event));
   return std::move(scorer).track();

@@ -36,6 +36,13 @@ struct Profile {
 /// The truth of a recorded flight at its range, with everything drawn anew.
 [[nodiscard]] Profile profile_of(const flights::RecordedFlight& flight);
 
+/// Of a source that told the truth.
+struct Exclusion {
+  std::uint64_t seed = 0;
+  Name source;
+  double at_s = 0;  ///< after lift-off
+};
+
 /// Position errors of the primary method on ticks twice a second, of one or more seeds.
 struct Track {
   score::Share inside;                     ///< the 95 % region
@@ -46,6 +53,7 @@ struct Track {
   score::Squares position;                 ///< metres
   std::vector<double> shares{};            ///< of each seed that has a track
   int without_track = 0;                   ///< seeds
+  std::vector<Exclusion> excluded{};       ///< the first of each seed where INTEGRITY excluded a source: none lied
 
   Track& operator+=(const Track& other);
   [[nodiscard]] double nees_per_dof() const { return nees.sum / static_cast<double>(nees.count) / 3; }

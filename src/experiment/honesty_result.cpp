@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "experiment/honesty.hpp"
 #include "experiment/parallel.hpp"
 
@@ -65,9 +67,11 @@ void add_plots(const std::vector<Flown>& flown, const Profile& profile, std::vec
 
 std::vector<Figure> figures_of(const Flown& f) {
   const std::string name = f.of.name();
-  std::vector<Figure> figures{within(name + ": inside 95 %", f.track.inside.value(), share_least, share_most),
-                              within(name + ": NEES/3", f.track.nees_per_dof(), nees_least, nees_most),
-                              shown(name + ": position rms, m", f.track.position.rms())};
+  std::vector<Figure> figures{
+      within(name + ": inside 95 %", f.track.inside.value(), share_least, share_most),
+      within(name + ": NEES/3", f.track.nees_per_dof(), nees_least, nees_most),
+      shown(name + ": position rms, m", f.track.position.rms()),
+      at_most(name + ": seeds with a source excluded", static_cast<double>(f.track.excluded.size()), 0)};
   if (f.track.shares.size() > 1) figures.push_back(shown(name + ": 1-sigma of the share", f.track.standard_error()));
   if (f.track.without_track > 0) figures.push_back(at_most(name + ": seeds without a track", f.track.without_track, 0));
   return figures;
@@ -129,6 +133,12 @@ ExperimentResult run_honesty(const ExperimentOptions& options, std::span<const f
     for (Figure& figure : figures_of(f)) out.figures.push_back(std::move(figure));
   }
   for (const Profile& profile : profiles) add_plots(flown, profile, out.plots);
+  for (const Flown& f : flown) {
+    for (const Exclusion& e : f.track.excluded) {
+      out.notes.push_back(f.of.name() + ", seed " + std::to_string(e.seed) + ": " + std::string(e.source.view()) +
+                          " excluded at T+" + std::to_string(std::lround(e.at_s)) + " s, and told the truth");
+    }
+  }
   if (recorded.empty()) out.notes.emplace_back("Recorded flights: left out, their truths are not here (--data).");
   return out;
 }
