@@ -107,6 +107,54 @@ inline Flight with_partial_plots(Flight f) {
   return f;
 }
 
+/// The same flight where radars tell range rate, and a signal that comes and goes.
+inline Flight with_range_rate(Flight f) {
+  constexpr double sigma_m_s = 0.5;
+  const Site pad({34.43 * deg, 127.53 * deg, 100});
+  std::mt19937_64 rng(1);
+  std::normal_distribution<double> normal;
+  for (RadarModel& radar : f.settings.radars) {
+    radar.sigma_range_rate_m_s = sigma_m_s;
+    radar.snr = {.ref_db = 20, .at_ref = {10, 0, 0.01 * deg}, .range_rate_at_ref_m_s = sigma_m_s};
+  }
+  for (Measurement& m : f.measurements) {
+    if (is_fix(m)) continue;
+    constexpr double h = 0.01;
+    const double t = (m.epoch - Time{}).seconds();
+    const Site& site = f.settings.radars[static_cast<std::size_t>(m.source)].site;
+    const auto range_at = [&](double at) { return site.enu_of(truth_at(pad, at)).m.norm(); };
+    Plot& plot = std::get<Plot>(m.measured);
+    plot.range_rate_m_s = (range_at(t + h) - range_at(t - h)) / (2 * h) + sigma_m_s * normal(rng);
+    plot.range_rate_valid = true;
+    plot.snr_db = 22 + 10 * std::sin(t);
+    plot.snr_valid = true;
+  }
+  return f;
+}
+
+/// By the receiver alone.
+inline Flight without_radars(Flight f) {
+  const int radars = static_cast<int>(f.settings.radars.size());
+  std::erase_if(f.measurements, [](const Measurement& m) { return !is_fix(m); });
+  for (Measurement& m : f.measurements) m.source -= radars;
+  f.settings.radars.clear();
+  return f;
+}
+
+/// What any method may meet: every kind of source, together and alone.
+struct KindOfFlight {
+  const char* sources;
+  Flight flight;
+};
+inline std::vector<KindOfFlight> flights_of_all_kinds(std::uint64_t seed, double duration_s) {
+  const Flight all = draw_flight(seed, duration_s, true);
+  return {{"radars and a receiver", all},
+          {"radars that tell range rate and signal, and a receiver", with_range_rate(all)},
+          {"plots that lack a part, a tracker, a receiver", with_partial_plots(all)},
+          {"radars alone", draw_flight(seed, duration_s, true, false)},
+          {"a receiver alone", without_radars(all)}};
+}
+
 struct Flown {
   double rms_m = 0;
   double inside95 = 0;

@@ -13,6 +13,7 @@ struct MethodCase {
   Kinematics kinematics = Kinematics::Launch;
   bool smooth = false;         ///< GPS smoothed by later fixes
   bool partial_plots = false;  ///< it uses plots that lack range or angles
+  bool range_rate = false;     ///< it uses that
 };
 
 inline std::vector<MethodCase> method_cases() {
@@ -28,7 +29,8 @@ inline std::vector<MethodCase> method_cases() {
         for (char& c : label) c = c == '-' ? '_' : c;
         if (!own) label += "_" + std::string(to_string(kinematics));
         if (smooth) label += "_smooth";
-        cases.push_back({label, std::string(name), kinematics, smooth, capabilities.partial_plots});
+        cases.push_back(
+            {label, std::string(name), kinematics, smooth, capabilities.partial_plots, capabilities.range_rate});
       }
     }
   }

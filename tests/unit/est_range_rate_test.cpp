@@ -155,7 +155,7 @@ class RangeRateOf : public testing::TestWithParam<test::MethodCase> {
 
 std::vector<test::MethodCase> users() {
   std::vector<test::MethodCase> cases = test::method_cases();
-  std::erase_if(cases, [](const test::MethodCase& c) { return !c.partial_plots; });
+  std::erase_if(cases, [](const test::MethodCase& c) { return !c.range_rate; });
   return cases;
 }
 

@@ -26,7 +26,8 @@ TrackLevel<Rule>::TrackLevel(MethodSettings settings)
 template <class Rule>
 typename TrackLevel<Rule>::State TrackLevel<Rule>::initial() const {
   const Target idle{.epoch = {},
-                    .rule = Rule(static_cast<int>(radar_of_.size())),
+                    // A range without radars has nothing to fuse; a rule has room for one track all the same.
+                    .rule = Rule(std::max(1, static_cast<int>(radar_of_.size()))),
                     .contributed = std::vector<Time>(radar_of_.size()),
                     .data_epoch = {},
                     .fused = {}};
