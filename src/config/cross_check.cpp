@@ -164,6 +164,25 @@ void check_partial_plots(const RangeConfig& range, const std::vector<std::string
                "a [[radar]] without range or angles");
 }
 
+/// What is asked for and no method takes. What holds by default is not asked for, though a file may say it.
+void check_asked_for(const RangeConfig& range, const std::vector<std::string>& known, const Checker& check) {
+  const auto require_taker = [&](const std::string& path, const std::string& asked, const auto& takes) {
+    const auto method_takes = [&](const Name& method) { return takes(capabilities_of(method.view())); };
+    std::vector<std::string> takers;
+    std::ranges::copy_if(known, std::back_inserter(takers),
+                         [&](const std::string& name) { return takes(capabilities_of(name)); });
+    check.require(std::ranges::any_of(range.fuse.methods, method_takes), path,
+                  "found \"" + asked + "\", which no method of fuse.methods takes, allowed: beside others one of " +
+                      show_texts(takers));
+  };
+  if (range.align.gps.alignment.smooth)
+    require_taker("align.gps_reference", "smooth", [](const MethodCapabilities& c) { return c.smoothed_gps; });
+  const Kinematics wanted = range.fuse.motion.kinematics;
+  if (wanted != KinematicsSettings{}.kinematics)
+    require_taker("fuse.kinematics", std::string(to_string(wanted)),
+                  [&](const MethodCapabilities& c) { return c.kinematics != 0 && c.allows(wanted); });
+}
+
 void check_methods(const RangeConfig& range, const Checker& check) {
   const FuseConfig& fuse = range.fuse;
   const std::vector<std::string> known(method_names().begin(), method_names().end());
@@ -179,6 +198,8 @@ void check_methods(const RangeConfig& range, const Checker& check) {
     if (is_known) check_capabilities(range, name, capabilities_of(name), check);
   }
   check_partial_plots(range, known, check);
+  const auto is_known = [&](const Name& method) { return std::ranges::find(known, method.view()) != known.end(); };
+  if (std::ranges::all_of(fuse.methods, is_known)) check_asked_for(range, known, check);
 }
 
 void check_node(const ServiceConfig& config, const Checker& check) {

@@ -206,6 +206,26 @@ void warn_of_passing_over(const RangeConfig& range, const Checker& warn) {
                      ", for they lack range or angles");
 }
 
+/// Keys for what no method of fuse.methods does.
+void warn_of_unused_by_methods(const RangeConfig& range, const Idle& idle) {
+  const auto unused = [&](bool MethodCapabilities::*part) {
+    return std::ranges::none_of(range.fuse.methods,
+                                [&](const Name& method) { return capabilities_of(method.view()).*part; });
+  };
+  const std::string because = "no method of fuse.methods uses it";
+  const auto sensors_add = [&](const char* table, std::size_t count, const char* key) {
+    for (std::size_t i = 0; i < count; ++i) idle.add(entry(table, i, key), because);
+  };
+  if (unused(&MethodCapabilities::wander)) {
+    sensors_add("radar", range.radars.size(), "wander_deg");
+    sensors_add("angle_sensor", range.angle_sensors.size(), "wander_deg");
+  }
+  if (unused(&MethodCapabilities::range_rate)) sensors_add("radar", range.radars.size(), "sigma_range_rate_m_s");
+  if (unused(&MethodCapabilities::bias_blocks)) sensors_add("radar", range.radars.size(), "bias_blocks");
+  if (unused(&MethodCapabilities::adaptive_noise)) idle.add("fuse", {"adaptive_noise"}, because);
+  if (unused(&MethodCapabilities::batch)) idle.add("fuse", {"batch_ms"}, because);
+}
+
 void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
   if (!range.align.gps.error.enabled)
     idle.add("align", {"gps_error_sigma_m", "gps_error_tau_s"}, "gps_error_states is false");
@@ -269,6 +289,7 @@ void warn_about(const ServiceConfig& config, const toml::table& root, const Repo
       idle.add(entry("angle_sensor", i, "bias_prior_angle_deg"), "the calibration says what it was");
   warn_of_passing_over(config.range, warn);
   warn_of_idle_keys(config.range, idle);
+  warn_of_unused_by_methods(config.range, idle);
   warn_of_trust(config.range, warn);
   warn_of_times(config.range, warn);
 }

@@ -26,31 +26,40 @@ constexpr unsigned every_kinematics = [] {
   for (const Kinematics k : all_kinematics) bits |= MethodCapabilities::bit_of(k);
   return bits;
 }();
-constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoothed_gps = true};
+constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoothed_gps = true, .batch = true};
+/// joint and schmidt but for their kinematics.
+constexpr MethodCapabilities many_states{.kinematics = every_kinematics,
+                                         .partial_plots = true,
+                                         .bias_blocks = true,
+                                         .wander = true,
+                                         .range_rate = true,
+                                         .adaptive_noise = true};
+constexpr MethodCapabilities of_schmidt = [] {
+  MethodCapabilities c = many_states;
+  c.kinematics &= ~MethodCapabilities::bit_of(Kinematics::Vdie);
+  c.smoothed_gps = true;
+  return c;
+}();
 
 /// The methods of the house: a new one is a line here and a file beside song2015.cpp.
 constexpr NamedMethod own_methods[] = {
-    {"joint",
-     [](const MethodSettings& s) { return rewound(Joint(s)); },
-     {.kinematics = every_kinematics, .partial_plots = true}},
-    {"schmidt",
-     [](const MethodSettings& s) { return rewound(Schmidt(s)); },
-     {.kinematics = every_kinematics & ~MethodCapabilities::bit_of(Kinematics::Vdie),
-      .smoothed_gps = true,
-      .partial_plots = true}},
+    {"joint", [](const MethodSettings& s) { return rewound(Joint(s)); }, many_states},
+    {"schmidt", [](const MethodSettings& s) { return rewound(Schmidt(s)); }, of_schmidt},
     {"ts",
      [](const MethodSettings& s) {
        return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      },
-     {.partial_plots = true}},
-    {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }, {.smoothed_gps = true}},
+     {.partial_plots = true, .bias_blocks = true, .range_rate = true, .adaptive_noise = true}},
+    {"song2015",
+     [](const MethodSettings& s) { return rewound(Song2015(s, true)); },
+     {.smoothed_gps = true, .batch = true}},
     {"information", [](const MethodSettings& s) { return rewound(TrackLevel<InformationRule>(s)); }, track_level},
     {"federated", [](const MethodSettings& s) { return rewound(TrackLevel<FederatedRule>(s)); }, track_level},
     {"map", [](const MethodSettings& s) { return rewound(TrackLevel<MapRule>(s)); }, track_level},
     {"bar-shalom-campo", [](const MethodSettings& s) { return rewound(TrackLevel<CampoRule>(s)); }, track_level},
     {"convex", [](const MethodSettings& s) { return rewound(TrackLevel<ConvexRule>(s)); }, track_level},
     {"alpha-beta", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<QuickLook>(s); }},
-    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }},
+    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }, {.batch = true}},
 };
 
 /// These, and behind them the registered ones. Neither reference nor view goes stale when one is added.

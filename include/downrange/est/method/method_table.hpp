@@ -12,7 +12,8 @@
 namespace downrange {
 
 /// An estimator behind the contract of a method: its state is kept in order whatever the order of arrival. `Core` is
-/// what Rewinder asks for, and answers fused, gps_track, bias and account of a state as Method does.
+/// what Rewinder asks for, and answers fused and bias of a state as Method does; gps_track where it has a track by GPS
+/// alone; account where its state does not hold `accounts`, one per source.
 template <class Core>
 class RewoundMethod final : public Method, public RestorableMethod {
  public:
@@ -24,10 +25,17 @@ class RewoundMethod final : public Method, public RestorableMethod {
     return core().fused(state(), target, at);
   }
   std::optional<TrackEstimate> gps_track(int target, Time at) const override {
-    return core().gps_track(state(), target, at);
+    if constexpr (requires { core().gps_track(state(), target, at); }) return core().gps_track(state(), target, at);
+    return std::nullopt;
   }
   BiasEstimate bias(int radar) const override { return core().bias(state(), radar); }
-  const SourceAccount& account(int source) const override { return core().account(state(), source); }
+  const SourceAccount& account(int source) const override {
+    if constexpr (requires { core().account(state(), source); }) {
+      return core().account(state(), source);
+    } else {
+      return state().accounts[static_cast<std::size_t>(source)];
+    }
+  }
 
   std::unique_ptr<MethodState> make_state() const override { return std::make_unique<Held>(rewinder_.roomy_state()); }
   void save(Time before, MethodState& state) const override {
@@ -52,12 +60,18 @@ std::unique_ptr<Method> rewound(const Core& core) {
 /// Makes a method for one engine. Same settings, same method.
 using MethodMaker = std::unique_ptr<Method> (*)(const MethodSettings& settings);
 
-/// What a method takes. A configuration that asks for more is refused.
+/// What a method takes. A configuration that asks it for more radars or other kinematics is refused, as is one that
+/// asks for kinematics or smoothed GPS where no method takes them; of other keys that none uses `check` warns.
 struct MethodCapabilities {
   int most_radars = 64;
-  unsigned kinematics = 0;     ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
-  bool smoothed_gps = false;   ///< align.gps_reference = "smooth" means something to it
-  bool partial_plots = false;  ///< uses range alone and angles alone (of trackers too); else it passes over such plots
+  unsigned kinematics = 0;      ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
+  bool smoothed_gps = false;    ///< align.gps_reference = "smooth" means something to it
+  bool partial_plots = false;   ///< uses range alone and angles alone (of trackers too); else it passes over such plots
+  bool bias_blocks = false;     ///< finds the biases that a radar's bias_blocks name; else it has its own
+  bool wander = false;          ///< has states for a mount's wander
+  bool range_rate = false;      ///< uses it
+  bool adaptive_noise = false;  ///< learns the scale of each source's noise
+  bool batch = false;           ///< fuses the plots of fuse.batch_ms at once
 
   [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {
     return 1U << static_cast<unsigned>(kinematics);
