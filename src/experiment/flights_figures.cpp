@@ -43,7 +43,7 @@ class Table {
 
   [[nodiscard]] std::string name(const std::string& what) const { return short_name() + ": " + what; }
   [[nodiscard]] const Asked* asks() const { return asked_; }
-  [[nodiscard]] std::vector<Figure> take() { return std::move(rows_); }
+  [[nodiscard]] std::vector<Figure> figures() && { return std::move(rows_); }
 
  private:
   /// "falcon_heavy" of "falcon_heavy_demo": the table is narrow.
@@ -161,7 +161,7 @@ std::vector<Figure> figures(const FlightResult& flight) {
   }
   method_rows(table, flight);
   nis_rows(table, flight);
-  return table.take();
+  return std::move(table).figures();
 }
 
 std::vector<std::string> notes(const FlightResult& flight) {

@@ -30,8 +30,8 @@ class Recorder final : public ResultSink {
 
   void emit(const Result& result) override {
     scorer_.emit(result);
-    if (const auto* bias = std::get_if<SensorBias>(&result)) take(*bias);
-    if (const auto* trajectory = std::get_if<Trajectory>(&result)) take(*trajectory);
+    if (const auto* bias = std::get_if<SensorBias>(&result)) note(*bias);
+    if (const auto* trajectory = std::get_if<Trajectory>(&result)) note(*trajectory);
   }
 
   /// Before the engine has the plot; outliers are left out of residuals and NIS.
@@ -53,14 +53,14 @@ class Recorder final : public ResultSink {
   [[nodiscard]] bool is_primary(const Name& method) const { return method == flown_.replay.methods.front(); }
 
   /// A method tells a radar's bias with each of its plots that it takes, and only then.
-  void take(const SensorBias& bias) {
+  void note(const SensorBias& bias) {
     newest_bias_[{bias.method, bias.sensor}] = bias;
     if (!is_primary(bias.method)) return;
     flown_.bias[bias.sensor] = bias;
     accepted_ = accepted_ || (plot_ != nullptr && bias.sensor == plot_->sensor);
   }
 
-  void take(const Trajectory& t) {
+  void note(const Trajectory& t) {
     if (t.target != flight_.target) return;
     if (is_primary(t.method) && plot_ != nullptr && t.epoch == plot_->epoch) nis_ = std::pair(t.nis, t.nis_dof);
     newest_track_[t.method] = t;

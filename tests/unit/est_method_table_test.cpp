@@ -44,7 +44,6 @@ class LastPlot {
     e.cov.setIdentity();
     return e;
   }
-  std::optional<TrackEstimate> gps_track(const State&, int, Time) const { return std::nullopt; }
   BiasEstimate bias(const State&, int) const { return {}; }
   const SourceAccount& account(const State& state, int) const { return state.account; }
   const MethodSettings& settings() const { return settings_; }

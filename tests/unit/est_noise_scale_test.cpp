@@ -33,7 +33,7 @@ class World {
     if (scale.open(t_, suspected, referenced)) {
       const Mat<3, 3> excess =
           verdict == Verdict::Accepted ? noise_excess<3>(llt.matrixL(), whitened) : Mat<3, 3>(nu * nu.transpose() - S);
-      scale.learn<3>(0, R, {.verdict = verdict, .excess = excess});
+      scale.update_scale<3>(0, R, {.verdict = verdict, .excess = excess});
     }
     return verdict;
   }
@@ -189,8 +189,8 @@ TEST(NoiseScale, OfFixesInEastNorthUp) {
         0.05 * Vec<3>(normal(rng), normal(rng), normal(rng));
     const Eigen::LLT<Mat<6, 6>> llt(S);
     ASSERT_TRUE(scale.open(Time{} + seconds(1.0 * i), false, true));
-    scale.learn<6>(used,
-                   {.verdict = Verdict::Accepted, .excess = noise_excess<6>(llt.matrixL(), llt.matrixL().solve(nu))});
+    scale.update_scale<6>(
+        used, {.verdict = Verdict::Accepted, .excess = noise_excess<6>(llt.matrixL(), llt.matrixL().solve(nu))});
   }
   EXPECT_NEAR(scale.sigma_ratio(0), 1, 0.15);
   EXPECT_NEAR(scale.sigma_ratio(1), 3, 0.6);

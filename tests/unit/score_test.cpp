@@ -89,7 +89,7 @@ TEST(SystematicScore, IsRmsOfTenSecondMeansBeforeAndAfter) {
     const double noise = i % 2 == 0 ? 25 : -25;
     run.emit(make_plot(++sequence, i * 0.1, {bias.range_m + noise, bias.azimuth_rad, bias.elevation_rad}));
     run.emit(i < 499 ? unknown : found);
-    const double c = std::cos(polar_of(make_plot(0, i * 0.1, {}).measured)->elevation_rad);
+    const double c = std::cos(plot_of(make_plot(0, i * 0.1, {}).measured).measured.elevation_rad);
     if (i < 600) cos_squares += c * c / 600;
   }
   const SystematicScore score = scorer.summary().systematic.at(0);
@@ -122,7 +122,7 @@ TEST(SystematicScore, TakesOutCartesianAndTimeTerms) {
   for (std::uint64_t i = 1; i <= 90; ++i) {
     Observation plot = make_plot(i, static_cast<double>(i), {});
     const Eigen::Vector3d moved =
-        enu_from_polar(*polar_of(plot.measured)).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
+        enu_from_polar(plot_of(plot.measured).measured).m + Eigen::Vector3d(-30, -40, 20);  // north = -south
     plot.measured = Plot{.measured = polar_from_enu({moved})};
     cartesian.emit(plot);
     cartesian.emit(moved_site);
@@ -189,7 +189,7 @@ TEST(SystematicScore, OfATrackerIsOfItsAngles) {
   bias.sensor = "optics";
   for (std::uint64_t i = 1; i <= 20; ++i) {
     Observation direction = make_plot(i, static_cast<double>(i), {0, 0, -0.02 * deg});
-    const Polar seen = *polar_of(direction.measured);
+    const Polar seen = plot_of(direction.measured).measured;
     direction.measured = Angles{seen.azimuth_rad, seen.elevation_rad};
     direction.sensor = "optics";
     run.emit(direction);

@@ -164,6 +164,35 @@ TEST(Judge, ADatumIsSeenOnThePad) {
   EXPECT_NEAR(f.said.front().judgement.apart_m, 28, 10);
 }
 
+/// Of an hour on the beacon the filter believes to know biases better than one place in the sky allows.
+TEST(Judge, WhatWasTaughtOnThePadIsNoMeasureJustAfterLiftOff) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 60);
+  scenario.start_s = -3600;
+  scenario.gps.active.first = -3600;
+  scenario.radars[0].track.first = -3600;
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events());
+  EXPECT_TRUE(f.said.empty()) << described(f);
+  EXPECT_GT(f.largest_value, 0) << "nothing was compared";
+}
+
+TEST(Judge, ARadarThatTellsAnglesAloneIsAWitness) {
+  RangeConfig range = judged_range();
+  range.radars[jeju].measures.range = false;
+  const sim::Simulation flight(judged_launch(range, end_s), 3);
+  const Fault angles_alone = [&](Event& event, double t_s) {
+    auto* plot = std::get_if<RadarTspi>(&event);
+    if (plot == nullptr || plot->sensor != range.radars[jeju].id) return;
+    plot->range_valid = false;
+    if (t_s >= begin_s) plot->measured.azimuth_rad += 0.5 * deg;
+  };
+  const JudgedFlight f = judged(range, with_fault(flight, angles_alone), set_of(jeju));
+  const auto excluded = f.first(jeju, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_GE(*excluded, begin_s) << described(f);
+  EXPECT_LE(*excluded, begin_s + 5) << described(f);
+}
+
 TEST(Judge, OneStationsWrongCopiesAreTheStationsNotTheReceivers) {
   const RangeConfig range = judged_range();
   const sim::Simulation flight(judged_launch(range, 170), 1);

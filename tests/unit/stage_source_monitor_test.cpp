@@ -226,7 +226,7 @@ TEST(SourceMonitor, TellsTheNoiseThatTheMethodHasLearnt) {
   EXPECT_EQ(health_at(monitor, 2, &method).sigma_ratio, SigmaRatios{});
   NoiseScale& noise = method.accounts[0].noise;
   ASSERT_TRUE(noise.open(liftoff, false, true));
-  noise.learn<1>(0, Vec<1>(1), {.verdict = Verdict::Accepted, .excess = Mat<1, 1>(20)});
+  noise.update_scale<1>(0, Vec<1>(1), {.verdict = Verdict::Accepted, .excess = Mat<1, 1>(20)});
   const SourceHealth health = health_at(monitor, 3, &method);
   EXPECT_EQ(health.sigma_ratio[0], noise.sigma_ratio(0));
   EXPECT_GT(health.sigma_ratio[0], 1);

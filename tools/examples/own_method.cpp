@@ -97,11 +97,7 @@ class PlainCv {
     e.nis_dof = 3;
     return e;
   }
-  std::optional<TrackEstimate> gps_track(const State&, int, Time) const { return std::nullopt; }
   BiasEstimate bias(const State&, int) const { return {}; }
-  const SourceAccount& account(const State& state, int source) const {
-    return state.accounts[static_cast<std::size_t>(source)];
-  }
   const MethodSettings& settings() const { return settings_; }
 
  private:

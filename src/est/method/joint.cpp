@@ -2,8 +2,6 @@
 #include <cmath>
 #include <downrange/est/method/joint.hpp>
 #include <limits>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "time_tags.hpp"
@@ -18,21 +16,11 @@ Joint::Joint(MethodSettings settings)
       layout_(bias_layout(settings_.radars, first_radar_at)),
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_at)),
       gates_(settings_.arbitration.gate_probability) {
-  if (settings_.radars.size() > max_radars || first_radar_at + layout_.size > max_states ||
-      first_radar_at + layout_without_gps_.size > max_states)
-    throw std::invalid_argument("method joint takes at most " + std::to_string(max_radars) + " radars");
+  require_room("joint", settings_.radars.size(), max_radars,
+               first_radar_at + std::max(layout_.size, layout_without_gps_.size));
 }
 
-Joint::State Joint::initial() const {
-  State s;
-  s.targets.resize(static_cast<std::size_t>(settings_.targets));
-  for (Target& target : s.targets) {
-    target.life = arbitration_.unborn();
-    target.radars.resize(settings_.radars.size());
-  }
-  s.accounts = accounts_of(settings_, true);
-  return s;
-}
+Joint::State Joint::initial() const { return state_before_all<State>(settings_, arbitration_); }
 
 void Joint::size_state(State& s, Target& t, bool without_gps) const {
   t.without_gps = without_gps;
@@ -256,7 +244,7 @@ Outcome Joint::update_by_fix(State& s, const Measurement& m) const {
           return std::pair(fix_jacobian<M>(motion_at), fix_residual<M>(h, motion_at, fix));
         },
         learns ? &lesson : nullptr);
-    if (learns) noise.learn<M>(fix, lesson);
+    if (learns) noise.update_scale<M>(fix, lesson);
     return outcome;
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
@@ -285,7 +273,7 @@ Outcome Joint::update_by_radar(Target& t, SourceAccount& account, std::uint64_t 
   NoiseLesson<M> lesson;
   const Outcome outcome =
       update<M>(t, account, heard, Mat<M, M>(variance.asDiagonal()), linearise, learns ? &lesson : nullptr);
-  if (learns) account.noise.learn<M>(first, variance, lesson);
+  if (learns) account.noise.update_scale<M>(first, variance, lesson);
   return outcome;
 }
 

@@ -5,8 +5,6 @@
 #include <downrange/est/method/schmidt.hpp>
 #include <limits>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "consider.hpp"
@@ -27,19 +25,12 @@ Schmidt::Schmidt(MethodSettings settings)
       layout_without_gps_(bias_layout_without_gps(settings_.radars, settings_.gps.no_gps, first_radar_)),
       gates_(settings_.arbitration.gate_probability) {
   assert(knots_ <= max_knots);
-  if (settings_.radars.size() > max_radars || first_radar_ + layout_.size > max_states ||
-      first_radar_ + layout_without_gps_.size > max_states)
-    throw std::invalid_argument("method schmidt takes at most " + std::to_string(max_radars) + " radars");
+  require_room("schmidt", settings_.radars.size(), max_radars,
+               first_radar_ + std::max(layout_.size, layout_without_gps_.size));
 }
 
 Schmidt::State Schmidt::initial() const {
-  State s;
-  s.targets.resize(static_cast<std::size_t>(settings_.targets));
-  for (Target& target : s.targets) {
-    target.life = arbitration_.unborn();
-    target.radars.resize(settings_.radars.size());
-  }
-  s.accounts = accounts_of(settings_, true);
+  State s = state_before_all<State>(settings_, arbitration_);
   reserve(s);
   return s;
 }
@@ -322,7 +313,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   if (knots_ > 0 && t.knot_count > 0 && t.held.size() < max_held)
     t.held.push_back({.epoch = m.epoch, .source = m.source, .plot = plot});
   if (follows) reweigh(t.bank, log_likelihoods);
-  if (learns_noise) account.noise.learn<M>(First, variance, noise_lesson<M>(t.bank, of_fused, outcome.verdict));
+  if (learns_noise) account.noise.update_scale<M>(First, variance, noise_lesson<M>(t.bank, of_fused, outcome.verdict));
   if (!follows) return outcome;
   const Evidence<M>& shown = of_fused[static_cast<std::size_t>(likeliest(t.bank))];
   note_innovation<M>(account, shown.nu, shown.S, shown.nis);
@@ -362,7 +353,7 @@ Outcome Schmidt::update_by_range_rate(Target& t, SourceAccount& account, std::si
   }
   if (accepted) reweigh(t.bank, log_likelihoods);
   if (learns_noise)
-    account.noise.learn<1>(NoiseScale::range_rate, R, noise_lesson<1>(t.bank, evidence, outcome.verdict));
+    account.noise.update_scale<1>(NoiseScale::range_rate, R, noise_lesson<1>(t.bank, evidence, outcome.verdict));
   return outcome;
 }
 

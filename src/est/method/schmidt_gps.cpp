@@ -65,7 +65,7 @@ Outcome Schmidt::update_by_fix(Target& t, SourceAccount& account, const Measurem
   if (std::ranges::any_of(std::span(evidence).first(count), &Evidence<M>::singular))
     return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
   const Outcome outcome{.verdict = e.nis <= gates_[M] ? Verdict::Accepted : Verdict::Gated, .nis = e.nis, .dof = M};
-  if (learns) account.noise.learn<M>(fix, noise_lesson<M>(t.bank, evidence, outcome.verdict));
+  if (learns) account.noise.update_scale<M>(fix, noise_lesson<M>(t.bank, evidence, outcome.verdict));
   if (outcome.verdict != Verdict::Accepted) return outcome;
   for (int i = 0; i < t.bank.count; ++i)
     update_considering_first<M>(t.bank.mode[static_cast<std::size_t>(i)], evidence[static_cast<std::size_t>(i)],

@@ -1,13 +1,35 @@
 #pragma once
-/// What joint and schmidt tell of their targets, which hold each radar's bias once per target: whose word on a radar
-/// counts.
+/// What joint and schmidt have in common, which hold each radar's bias once per target: how their states begin, and
+/// what they tell of their targets: whose word on a radar counts.
 
 #include <cstddef>
 #include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/method/target_life.hpp>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace downrange {
+
+/// Before any measurement.
+template <class State>
+[[nodiscard]] State state_before_all(const MethodSettings& settings, const Arbitration& arbitration) {
+  State s;
+  s.targets.resize(static_cast<std::size_t>(settings.targets));
+  for (auto& target : s.targets) {
+    target.life = arbitration.unborn();
+    target.radars.resize(settings.radars.size());
+  }
+  s.accounts = accounts_of(settings, true);
+  return s;
+}
+
+/// Throws std::invalid_argument for more radars or states than a method has room for.
+inline void require_room(const char* method, std::size_t radars, std::size_t most_radars, int states) {
+  if (radars > most_radars || states > max_states)
+    throw std::invalid_argument(std::string("method ") + method + " takes at most " + std::to_string(most_radars) +
+                                " radars");
+}
 
 /// Of the targets that have `started`, one with GPS before one without, then the one that saw the radar last; null:
 /// none.

@@ -277,7 +277,7 @@ Outcome Ts<N>::update_by_fix(State& s, const Measurement& m) const {
       H.template topRightCorner<3, 3>().setIdentity();
     }
     const auto u = update(s.bias, t.track, nu, H, Mat<M, 0>(), 0, fix_noise<M>(fix), gates_[M]);
-    if (learns) account.noise.learn<M>(fix, lesson_of<M>(u));
+    if (learns) account.noise.update_scale<M>(fix, lesson_of<M>(u));
     return outcome_of<M>(account, u);
   };
   const bool with_velocity = fix.velocity_valid && settings_.gps_use.velocity;
@@ -321,7 +321,7 @@ Outcome Ts<N>::apply_plot(State& s, const Measurement& m) const {
     const auto u =
         update(s.bias, t.track, Vec<M>(nu.template segment<M>(First)), Mat<M, N>(H.template middleRows<M>(First)),
                C.template middleRows<M>(First), block.at, Mat<M, M>(variance.asDiagonal()), gates_[M]);
-    if (learns) account.noise.learn<M>(First, variance, lesson_of<M>(u));
+    if (learns) account.noise.update_scale<M>(First, variance, lesson_of<M>(u));
     return outcome_of<M>(account, u);
   });
   if (uses_range_rate(radar, plot)) note_part(account, update_by_range_rate(s, t, source, plot, learns));
@@ -342,7 +342,7 @@ Outcome Ts<N>::update_by_range_rate(State& s, Target& t, std::size_t source, con
   SourceAccount& account = s.accounts[source];
   const Vec<1> variance(range_rate_variance(radar, plot) * account.noise.factor(NoiseScale::range_rate));
   const auto u = update(s.bias, t.track, nu, H, C, block.at, Mat<1, 1>(variance), gates_[1]);
-  if (learns) account.noise.learn<1>(NoiseScale::range_rate, variance, lesson_of<1>(u));
+  if (learns) account.noise.update_scale<1>(NoiseScale::range_rate, variance, lesson_of<1>(u));
   return outcome_of<1>(account, u);
 }
 

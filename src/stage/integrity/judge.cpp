@@ -76,12 +76,13 @@ void Judge::note(SourceId source, const Observation& o) {
     if (o.verdict == Reason::Accepted || o.verdict == Reason::Duplicate) note_fix(source, o, *fix);
     return;
   }
-  const std::optional<Polar> polar = polar_of(o.measured);
-  if (o.verdict != Reason::Accepted || !polar) return;
+  Witness& witness = witnesses_[static_cast<std::size_t>(source)];
+  const Plot plot = plot_of(o.measured);
+  if (o.verdict != Reason::Accepted || !plot.angles_valid || plot.range_valid != witness.tells_position()) return;
   integrity::RawMeasurement raw;
   raw.epoch = o.epoch;
-  raw.z = {polar->range_m, polar->azimuth_rad, polar->elevation_rad};
-  witnesses_[static_cast<std::size_t>(source)].series.note(raw);
+  raw.z = {plot.range_valid ? plot.measured.range_m : 0, plot.measured.azimuth_rad, plot.measured.elevation_rad};
+  witness.series.note(raw);
 }
 
 int Judge::receiver_place(const Name& receiver) {

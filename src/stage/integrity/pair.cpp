@@ -32,7 +32,7 @@ constexpr Duration longest_onset = milliseconds(30'000);
 
 }  // namespace
 
-void Pair::learn(const Witness& first, const Witness& second, Time at) {
+void Pair::renew_references(const Witness& first, const Witness& second, Time at) {
   const auto from = [&](Time t) { return std::max(not_before_, t); };
   const std::array<ReferenceSpan, ages> spans{
       {{.from = from(at - short_lag - span), .to = at - short_lag, .newest = true},
@@ -47,7 +47,7 @@ void Pair::learn(const Witness& first, const Witness& second, Time at) {
 
 void Pair::compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
                    bool in_flight, const Threshold& threshold) {
-  if (!hold && !fails_ && exceeding_ == 0) learn(first, second, a.epoch);
+  if (!hold && !fails_ && exceeding_ == 0) renew_references(first, second, a.epoch);
   const TestResult coarse = coarse_test(first, a, second, b, threshold);
   TestResult worst = coarse;
   if (first.is_receiver() && second.is_receiver()) {
@@ -75,7 +75,7 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
   const bool failed = fails_;
   judge(a.epoch, worst);
   // What was sampled since a slow lie began is no measure: of it one that tells the truth again would differ.
-  if (fails_ && !failed) learn(first, second, onset_);
+  if (fails_ && !failed) renew_references(first, second, onset_);
   coarsely_ = coarse.ratio >= 1;
 }
 

@@ -46,7 +46,7 @@ class Pair {
   /// Of references, while they agree: five seconds, twelve, thirty (at the beginning ten).
   static constexpr std::size_t ages = 3;
 
-  void learn(const Witness& first, const Witness& second, Time at);
+  void renew_references(const Witness& first, const Witness& second, Time at);
   void judge(Time at, const TestResult& result);
   /// What GPS taught of the biases is the measure at `at`.
   [[nodiscard]] bool proven_at(Time at, bool with_receiver) const;

@@ -23,9 +23,9 @@ KnownBias prior_of(const BiasModel& model) {
 
 /// `sensor`: a radar or an angles-only tracker.
 template <class Sensor>
-Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bool measures_range) {
+Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bool tells_range) {
   Witness w;
-  w.kind = measures_range ? WitnessKind::Radar : WitnessKind::Angles;
+  w.kind = tells_range ? WitnessKind::Radar : WitnessKind::Angles;
   w.sources = set_of(id);
   w.heard = true;
   w.model.site = sensor.site;
@@ -72,7 +72,7 @@ void Witness::note_bias(Time now, const BiasEstimate& bias) {
 std::vector<Witness> witnesses_of(const RangeConfig& config, int receivers) {
   std::vector<Witness> all;
   for (const RadarConfig& radar : config.radars)
-    all.push_back(ground_witness(radar, static_cast<int>(all.size()), radar.sigma, true));
+    all.push_back(ground_witness(radar, static_cast<int>(all.size()), radar.sigma, radar.measures.range));
   for (const AngleSensorConfig& sensor : config.angle_sensors)
     all.push_back(ground_witness(sensor, static_cast<int>(all.size()),
                                  {.azimuth_rad = sensor.sigma_azimuth_rad, .elevation_rad = sensor.sigma_elevation_rad},

@@ -16,6 +16,7 @@
 
 namespace downrange::integrity {
 
+/// Angles: a tracker, or a radar that measures no range. One that measures range alone is never compared.
 enum class WitnessKind : std::uint8_t { Radar, Angles, Receiver };
 
 /// A sensor's bias as it was known at some time, indexed by BiasTerm.

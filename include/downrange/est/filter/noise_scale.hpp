@@ -79,14 +79,14 @@ class NoiseScale {
 
   /// Of a plot's components from `first` on, `variance` as they were used.
   template <int M>
-  void learn(int first, const Vec<M>& variance, const NoiseLesson<M>& lesson) {
+  void update_scale(int first, const Vec<M>& variance, const NoiseLesson<M>& lesson) {
     const Vec<M> seen = relative<M>(lesson.verdict, variance, lesson.excess.diagonal());
     if (!teaches(first == range_rate, lesson.verdict, seen.maxCoeff())) return;
     for (int i = 0; i < M; ++i) add<1>(first + i, seen.template segment<1>(i));
   }
   /// Of a fix of position, or position and velocity, `used` with these sigmas.
   template <int M>
-  void learn(const Fix& used, const NoiseLesson<M>& lesson) {
+  void update_scale(const Fix& used, const NoiseLesson<M>& lesson) {
     const Mat<3, 3> R_enu_ecef = axes_of(used);
     Vec<M> variance = Vec<M>::Constant(used.sigma_velocity_m_s * used.sigma_velocity_m_s);
     variance.template head<2>().setConstant(used.sigma_horizontal_m * used.sigma_horizontal_m);

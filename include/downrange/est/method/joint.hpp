@@ -64,13 +64,8 @@ class Joint {
   Outcome apply(State& state, const Measurement& m) const;
 
   [[nodiscard]] std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const;
-  /// GPS is part of the fused track: there is none beside it.
-  [[nodiscard]] std::optional<TrackEstimate> gps_track(const State&, int, Time) const { return std::nullopt; }
   /// As the target knows it that last saw the radar; a target with GPS before one without.
   [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
-  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
-    return state.accounts[static_cast<std::size_t>(source)];
-  }
 
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   /// Of a target at present: those of the kinematics, but for vdie while a manoeuvre lasts.

@@ -94,9 +94,6 @@ class Schmidt {
   [[nodiscard]] std::optional<TrackEstimate> gps_track(const State& state, int target, Time at) const;
   /// As the target knows it that last saw the radar.
   [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
-  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
-    return state.accounts[static_cast<std::size_t>(source)];
-  }
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   /// Where the biases begin in the state vector.
   [[nodiscard]] int first_radar_at() const { return first_radar_; }

@@ -65,13 +65,8 @@ class Ts {
   Outcome apply(State& state, const Measurement& m) const;
 
   [[nodiscard]] std::optional<TrackEstimate> fused(const State& state, int target, std::optional<Time> at) const;
-  /// GPS is part of the fused track: there is none beside it.
-  [[nodiscard]] std::optional<TrackEstimate> gps_track(const State&, int, Time) const { return std::nullopt; }
   /// A term is not observable also where it cannot be told from another radar's.
   [[nodiscard]] BiasEstimate bias(const State& state, int radar) const;
-  [[nodiscard]] const SourceAccount& account(const State& state, int source) const {
-    return state.accounts[static_cast<std::size_t>(source)];
-  }
   [[nodiscard]] const MethodSettings& settings() const { return settings_; }
   [[nodiscard]] std::size_t checkpoint_spacing() const { return 8 * std::max<std::size_t>(1, settings_.targets); }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <downrange/geo/frames.hpp>
 #include <downrange/geo/polar.hpp>
-#include <optional>
 #include <variant>
 
 namespace downrange {
@@ -58,14 +57,6 @@ using Measured = std::variant<Plot, Fix, Angles>;
   if (std::holds_alternative<Fix>(measured)) return true;
   const Plot plot = plot_of(measured);
   return plot.range_valid && plot.angles_valid;
-}
-
-/// Where a sensor on the ground saw the target; angles have range 0. Nothing of a fix, and of a plot that lacks a part.
-[[nodiscard]] inline std::optional<Polar> polar_of(const Measured& measured) {
-  if (const auto* angles = std::get_if<Angles>(&measured)) return Polar{0, angles->azimuth_rad, angles->elevation_rad};
-  const auto* plot = std::get_if<Plot>(&measured);
-  if (plot == nullptr || !plot->range_valid || !plot->angles_valid) return std::nullopt;
-  return plot->measured;
 }
 
 }  // namespace downrange
