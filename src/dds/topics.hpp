@@ -1,7 +1,7 @@
 #pragma once
-/// Inside src/dds: the topics that are not messages of stage/catalogue.hpp, and the list of all. By these nodes tell each
-/// other of themselves: they are no part of a flight, and no archive holds them as messages. downrange/impact has a type
-/// in the IDL; no stage makes it yet.
+/// Inside src/dds: the topics that are not messages of stage/catalogue.hpp, and the list of all. By these nodes tell
+/// each other of themselves: they are no part of a flight, and no archive holds them as messages. downrange/impact has
+/// a type in the IDL; no stage makes it yet.
 
 #include <downrange/stage/catalogue.hpp>
 #include <vector>

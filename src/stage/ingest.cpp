@@ -205,7 +205,7 @@ Ingest::Stream& Ingest::stream_of(const Observation& o) {
   }
   // Whatever an outsider calls its receivers, memory stays bounded: streams that went quiet make room.
   if (streams_.size() >= max_streams) streams_.erase(streams_.begin());
-  streams_.push_back({.source = source, .target = o.target, .kind = kind, .recent = {}});
+  streams_.push_back({.source = source, .target = o.target, .kind = kind, .recent = {}, .numbered_twice = {}});
   return streams_.back();
 }
 
@@ -223,11 +223,18 @@ Reason Ingest::judge_time(const Observation& o) {
     const Duration apart = o.epoch - e.epoch;
     return apart <= tolerance && -apart <= tolerance;
   };
-  if (std::ranges::any_of(stream.recent, same)) return Reason::Duplicate;  // whatever its number: networks count anew
+  if (const auto copy = std::ranges::find_if(stream.recent, same); copy != stream.recent.end()) {
+    // Whatever its number: networks count anew.
+    if (copy->sender == o.sensor && copy->sequence != o.sequence)
+      stream.numbered_twice = std::max(stream.numbered_twice, o.epoch);
+    return Reason::Duplicate;
+  }
+  // As long as two networks count by themselves numbers tell nothing of the order of epochs.
+  const bool one_numbering = stream.numbered_twice < horizon;
   const auto stepped = [&](const Stream::Entry& e) {
     return e.sender == o.sensor && o.sequence > e.sequence && o.epoch < e.epoch;
   };
-  if (std::ranges::any_of(stream.recent, stepped)) return Reason::ClockStep;
+  if (one_numbering && std::ranges::any_of(stream.recent, stepped)) return Reason::ClockStep;
   stream.recent.push_back({.epoch = o.epoch, .sequence = o.sequence, .sender = o.sensor});
   return Reason::Accepted;
 }

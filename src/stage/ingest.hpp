@@ -49,6 +49,7 @@ class Ingest {
     Name target;
     SourceKind kind;
     std::vector<Entry> recent;
+    Time numbered_twice;  ///< newest epoch that one sender's messages gave under two numbers: by two networks
   };
 
   /// Without what the radar is not configured to measure; what a plot lacks is 0.

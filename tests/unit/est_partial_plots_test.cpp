@@ -142,8 +142,8 @@ TEST_P(PartialPlots, ALyingRangeIsGated) {
     if (m.epoch < Time{} + seconds(25) || !e) continue;
     worst = std::max(worst, (e->mean.head<3>() - test::truth_at(pad, (e->epoch - Time{}).seconds()).m).norm());
   }
-  // The two ranges that are left do not hold a track without GPS: schmidt's drifts along their circle. 150 m is what joint's may
-  // drift in half a minute; of the 5 km any part that was believed would show.
+  // The two ranges that are left do not hold a track without GPS: schmidt's drifts along their circle. 150 m is what
+  // joint's may drift in half a minute; of the 5 km any part that was believed would show.
   if (GetParam().method != "schmidt") {
     EXPECT_LT(worst, 150);
   }

@@ -316,6 +316,8 @@ TEST(Ingest, OnePlotByTwoNetworksIsOnePlot) {
   EXPECT_EQ(judge(30.4, 5), Reason::Accepted);
   EXPECT_EQ(judge(30.3, 4, 0.3), Reason::Accepted) << "overtaken";
   EXPECT_EQ(judge(30.3, 5004, 0.5), Reason::Duplicate) << "no step of the clock";
+  EXPECT_EQ(judge(30.6, 7), Reason::Accepted);
+  EXPECT_EQ(judge(30.5, 5006, 0.5), Reason::Accepted) << "lost by the faster network, so the slower one's is used";
 }
 
 TEST(Ingest, AClockThatStepsBackIsNotLateData) {

@@ -86,9 +86,9 @@ void Judge::note(SourceId source, const Observation& o) {
 }
 
 int Judge::receiver_place(const Name& receiver) {
-  const int first = static_cast<int>(witnesses_.size()) - max_receivers;
+  const std::size_t first = witnesses_.size() - max_receivers;
   for (int place = 0; place < max_receivers; ++place) {
-    Witness& w = witnesses_[static_cast<std::size_t>(first + place)];
+    Witness& w = witnesses_[first + static_cast<std::size_t>(place)];
     if (w.heard && w.receiver == receiver) return place;
     if (w.heard) continue;
     w.heard = true;
