@@ -209,8 +209,9 @@ class Scorer final : public ResultSink {
 
  private:
   void note_exclusion(const Integrity& judged) {
+    if (!track_.excluded.empty()) return;
     const auto excluded = std::ranges::find(judged.sources, IntegrityVerdict::Excluded, &SourceIntegrity::verdict);
-    if (excluded == judged.sources.end() || !track_.excluded.empty()) return;
+    if (excluded == judged.sources.end()) return;
     track_.excluded.push_back(
         {.seed = seed_, .source = excluded->sensor, .at_s = (judged.time - profile_.liftoff).seconds()});
   }

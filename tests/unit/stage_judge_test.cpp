@@ -166,11 +166,13 @@ TEST(Judge, ADatumIsSeenOnThePad) {
 
 /// Of an hour on the beacon the filter believes to know biases better than one place in the sky allows.
 TEST(Judge, WhatWasTaughtOnThePadIsNoMeasureJustAfterLiftOff) {
-  const RangeConfig range = judged_range();
+  RangeConfig range = judged_range();
+  range.radars[goheung].elevation_min_rad = -5 * deg;
   sim::Scenario scenario = judged_launch(range, 60);
   scenario.start_s = -3600;
   scenario.gps.active.first = -3600;
-  scenario.radars[0].track.first = -3600;
+  scenario.radars[goheung].track.first = -3600;
+  scenario.radars[goheung].elevation_min_rad = -5 * deg;
   const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events());
   EXPECT_TRUE(f.said.empty()) << described(f);
   EXPECT_GT(f.largest_value, 0) << "nothing was compared";

@@ -203,8 +203,9 @@ Outcome Joint::update(Target& t, SourceAccount& account, std::uint64_t heard, co
   const bool accepted = outcome.verdict == Verdict::Accepted;
   for (std::size_t k = 0; k < static_cast<std::size_t>(t.bank.count) && accepted; ++k) {
     if (t.without_gps) {
-      apply_evidence_but<M>(considered_without_gps<M>(layout(t), t.learns_biases, heard, evidence[k].W), t.bank.mode[k],
-                            evidence[k]);
+      const Columns<M> considered = considered_without_gps<M>(layout(t), t.learns_biases, heard, evidence[k].W);
+      apply_evidence_but<M>(considered, t.bank.mode[k], evidence[k]);
+      evidence[k].W -= considered;  // what the gain was, for the manoeuvre
     } else {
       apply_evidence<M>(t.bank.mode[k], evidence[k]);
     }

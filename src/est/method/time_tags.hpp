@@ -54,19 +54,21 @@ template <int M>
   });
 }
 
+/// As if the tags were known: no variance, nothing in common with them.
+inline void forget_time_tags(Hypothesis& h, const BiasLayout& layout) {
+  for (const BiasLayout::TimeTag& tag : layout.time_tags) {
+    h.P.row(tag.at).setZero();
+    h.P.col(tag.at).setZero();
+  }
+}
+
 /// The motion starts by a plot, with a velocity that is not known. Before it is tied to the bias of the plot's radar.
 template <class Target>
 void leave_time_tags_out(Target& t, const BiasLayout& layout) {
   if (layout.time_tags.empty()) return;
   t.learns_biases = false;
   for (auto& radar : t.radars) radar.blind = 0;
-  for (int i = 0; i < t.bank.count; ++i) {
-    for (const BiasLayout::TimeTag& tag : layout.time_tags) {
-      Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-      h.P.row(tag.at).setZero();
-      h.P.col(tag.at).setZero();
-    }
-  }
+  for (int i = 0; i < t.bank.count; ++i) forget_time_tags(t.bank.mode[static_cast<std::size_t>(i)], layout);
 }
 
 /// Until the velocity is known one radar alone tells the motion, as long as it is heard: of two whose stamps differ
@@ -87,16 +89,17 @@ void put_time_tags_in(Target& t, int motion_at, const BiasLayout& layout, std::s
   ++t.radars[radar].blind;
   if (!knows_velocity(t.bank, motion_at, layout)) return;
   t.learns_biases = true;
-  double plots = 0;
+  int plots = 0;
   for (const auto& other : t.radars) plots += other.blind;
   for (int i = 0; i < t.bank.count; ++i) {
     Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
     const Vec<3> v = h.x.segment<3>(motion_at + 3);
+    forget_time_tags(h, layout);  // a bias that was opened in the meantime has its tag's prior already
     for (const BiasLayout::TimeTag& tag : layout.time_tags) {
-      const Vec<3> off = t.radars[tag.radar].blind / plots * v;
-      h.P(tag.at, tag.at) += tag.variance;
+      const Vec<3> off = static_cast<double>(t.radars[tag.radar].blind) / plots * v;
+      h.P(tag.at, tag.at) = tag.variance;
       h.P.block<3, 3>(motion_at, motion_at) += tag.variance * off * off.transpose();
-      h.P.block<3, 1>(motion_at, tag.at) += tag.variance * off;
+      h.P.block<3, 1>(motion_at, tag.at) = tag.variance * off;
       h.P.block<1, 3>(tag.at, motion_at) = h.P.block<3, 1>(motion_at, tag.at).transpose();
     }
   }

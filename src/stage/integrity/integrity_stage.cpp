@@ -94,7 +94,7 @@ IntegrityStage::IntegrityStage(const RangeConfig& config, const MethodSettings& 
       record.sources.reserve(sources_.size());
       t.record = std::move(record);
     }
-    select_chain(target);
+    update_followed(target);
   }
 }
 
@@ -138,7 +138,7 @@ void IntegrityStage::tick(Time tick, const OperatorWill& will, ResultSink& sink)
     }
   }
   for (int target = 0; target < static_cast<int>(targets_.size()); ++target) {
-    select_chain(target);
+    update_followed(target);
     if (judged_) report(target, tick, will, sink);
   }
 }
@@ -311,7 +311,7 @@ void IntegrityStage::find_alternatives(int target) {
   if (bounded && !t.alternatives.empty()) t.bound_m = bound_m(t.alternatives);
 }
 
-void IntegrityStage::select_chain(int target) {
+void IntegrityStage::update_followed(int target) {
   Target& t = of(target);
   const Chain& c = chain(t, t.selected);
   if (c.runs() != t.runs_seen) {

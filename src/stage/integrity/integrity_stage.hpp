@@ -130,7 +130,7 @@ class IntegrityStage {
   void choose(int target, const OperatorWill& will);
   [[nodiscard]] int select(int target, const Name& held) const;
   void find_alternatives(int target);
-  void select_chain(int target);
+  void update_followed(int target);
   void report(int target, Time tick, const OperatorWill& will, ResultSink& sink);
 
   SourceTable sources_;

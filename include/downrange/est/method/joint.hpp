@@ -32,7 +32,7 @@ class Joint {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest accepted plot while GPS was there
     std::uint64_t samples = 0;
-    double blind = 0;  ///< plots that told the motion before its velocity was known
+    int blind = 0;  ///< plots that told the motion before its velocity was known
     bool referenced = false;
   };
   struct Target {

@@ -45,7 +45,7 @@ class Schmidt {
     Time epoch;    ///< newest accepted plot
     Time updated;  ///< newest plot that corrected the bias
     std::uint64_t samples = 0;
-    double blind = 0;         ///< plots that told the motion before its velocity was known
+    int blind = 0;            ///< plots that told the motion before its velocity was known
     int rejected_in_row = 0;  ///< by the bias, though another would explain them
     BiasOpening opening;      ///< by plots that the bias rejects
   };
