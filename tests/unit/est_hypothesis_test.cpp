@@ -149,6 +149,49 @@ TEST(Hypothesis, PointingErrorsAreOnTheSky) {
   }
 }
 
+/// A radar two kilometres from the target, whose place may be wrong by a hundred metres: some plots, with everything
+/// drawn from what the filter assumes. Mean squared error of all states in units of their covariance; 1 is right.
+template <class Linearise>
+double error_in_units_of_covariance(int plots, const Linearise& linearise) {
+  RadarModel radar;
+  radar.site = Site({0.6, 2.2, 100});
+  radar.sigma = {25, 1.7e-4, 1.7e-4};
+  const RadarBlock block = bias_layout({radar}, 9).radars[0];
+  const int n = 9 + block.size();
+  constexpr int draws = 200;
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= draws; ++seed) {
+    Draw draw(seed);
+    Hypothesis h{.x = Vector::Zero(n), .P = Matrix::Zero(n, n)};
+    h.x.head<3>() = radar.site.ecef_of(Displacement<Enu>{{1500, -1200, 800}}).m;
+    h.P.diagonal().head<9>() << 9, 9, 9, 1, 1, 1, 1, 1, 1;
+    reset_bias(h, block);
+    const Vector truth = h.x + h.P.llt().matrixL() * draw.matrix(n, 1);
+    const Vec<3> variance = plot_variance(radar, Plot{});
+    for (int i = 0; i < plots; ++i) {
+      const PlotLinearisation seen = linearise_plot(truth.head<9>(), 0, truth, radar, block, Polar{});
+      const Vec<3> z = -seen.nu + Vec<3>(variance.cwiseSqrt().cwiseProduct(draw.matrix(3, 1)));
+      const Linearisation<3> l = linearise(h, radar, block, Polar{z[0], z[1], z[2]}, variance);
+      apply_evidence<3>(h, evidence_of<3>(h, l.H, l.nu, variance.asDiagonal()));
+    }
+    const Vector error = h.x - truth;
+    sum += error.dot(h.P.ldlt().solve(error)) / n;
+  }
+  return sum / draws;
+}
+
+TEST(Hypothesis, ABiasSeenFromNearByIsNoSurerThanItIs) {
+  const auto once = [](const Hypothesis& h, const RadarModel& radar, const RadarBlock& block, const Polar& plot,
+                       const Vec<3>&) { return linearise_plot(h, 0, MotionModel{}, radar, block, plot); };
+  const auto where_they_agree = [](const Hypothesis& h, const RadarModel& radar, const RadarBlock& block,
+                                   const Polar& plot, const Vec<3>& variance) {
+    return linearise_components<0, 3>(h, 0, MotionModel{}, radar, block, plot, variance);
+  };
+  EXPECT_GT(error_in_units_of_covariance(1, once), 10);
+  EXPECT_NEAR(error_in_units_of_covariance(1, where_they_agree), 1, 0.2);
+  EXPECT_LT(error_in_units_of_covariance(30, where_they_agree), error_in_units_of_covariance(30, once) / 5);
+}
+
 TEST(Hypothesis, GaussMarkovStatesKeepTheirStationaryVariance) {
   constexpr int n = 12;
   constexpr double sigma = 3;

@@ -28,18 +28,18 @@ void mirror(Square&& P) {
 
 }  // namespace
 
-Vec<bias_term_count> RadarBlock::bias(const Eigen::VectorXd& x) const {
+Vec<bias_term_count> RadarBlock::bias(const StateRef& x) const {
   Vec<bias_term_count> b = Vec<bias_term_count>::Zero();
   for (int i = 0; i < terms; ++i) b[index(term[static_cast<std::size_t>(i)])] = x[at + i];
   return b;
 }
 
-Vec<2> RadarBlock::pointing_error(const Eigen::VectorXd& x, double elevation_rad) const {
+Vec<2> RadarBlock::pointing_error(const StateRef& x, double elevation_rad) const {
   if (!wanders()) return Vec<2>::Zero();
   return {azimuth_of_sky_angle(elevation_rad) * x[at + terms], x[at + terms + 1]};
 }
 
-Vec<bias_term_count> RadarBlock::bias_at(const Eigen::VectorXd& x, double elevation_rad) const {
+Vec<bias_term_count> RadarBlock::bias_at(const StateRef& x, double elevation_rad) const {
   Vec<bias_term_count> b = bias(x);
   b.segment<2>(index(BiasTerm::OffsetAzimuth)) += pointing_error(x, elevation_rad);
   return b;
@@ -185,7 +185,7 @@ PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const Motio
   return linearise_plot(motion, motion_at, h.x, radar, block, plot);
 }
 
-PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x, const RadarModel& radar,
+PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const StateRef& x, const RadarModel& radar,
                                  const RadarBlock& block, const Polar& plot) {
   const PredictedPlot predicted = predict_plot(radar, motion, block.bias(x));
   PlotLinearisation l;
@@ -203,6 +203,15 @@ PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eige
     l.H.of_radar(2, block.terms + 1) = 1;
   }
   return l;
+}
+
+bool bends(const Vec<3>& nu, const Vec<3>& variance, const Polar& plot) {
+  constexpr double share = 0.1;
+  const double across = std::hypot(nu[1] * std::cos(plot.elevation_rad), nu[2]);
+  const double of_range = plot.range_m * across * across / 2;
+  const double along = plot.range_m > 0 ? std::abs(nu[0]) / plot.range_m : 0;
+  const double of_angles = across * (along + across * std::abs(std::tan(plot.elevation_rad)));
+  return of_range > share * std::sqrt(variance[0]) || of_angles > share * std::sqrt(variance[2]);
 }
 
 Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const MotionModel& model,

@@ -289,10 +289,10 @@ Outcome Joint::apply_plot(State& s, const Measurement& m) const {
   const bool learns =
       settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, arbitration_.has_receiver(t.life, m.epoch));
   const Outcome outcome = with_components(plot, [&]<int First, int M>() {
+    const Vec<M> variance = plot_variance(radar, plot).segment<M>(First);
     return update_by_radar<M>(
-        t, account, heard, learns, First, plot_variance(radar, plot).segment<M>(First),
-        [&](const Hypothesis& h, const MotionModel& model) {
-          const auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot.measured));
+        t, account, heard, learns, First, variance, [&](const Hypothesis& h, const MotionModel& model) {
+          const auto l = linearise_components<First, M>(h, motion_at, model, radar, block, plot.measured, variance);
           return std::pair(l.H, l.nu);
         });
   });

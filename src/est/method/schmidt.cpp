@@ -261,8 +261,8 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < t.bank.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    by_fused[k] =
-        components<First, M>(linearise_plot(t.bank.mode[k], fused_at, models_.model[k], radar, block, plot.measured));
+    by_fused[k] = linearise_components<First, M>(t.bank.mode[k], fused_at, models_.model[k], radar, block,
+                                                 plot.measured, variance);
     of_fused[k] = evidence_of<M>(t.bank.mode[k], by_fused[k].H, by_fused[k].nu, R);
     if (of_fused[k].singular) return {.verdict = Verdict::Singular, .nis = 0, .dof = M};
     log_likelihoods[i] = of_fused[k].log_likelihood;
@@ -277,7 +277,7 @@ Outcome Schmidt::correct(Target& t, SourceAccount& account, const Measurement& m
   std::array<Evidence<M>, ModelSet::max_models> of_gps;
   if (referenced) {
     const auto l =
-        components<First, M>(linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, block, plot.measured));
+        linearise_components<First, M>(t.bank.mode[0], gps_at, gps_model_, radar, block, plot.measured, variance);
     for (std::size_t k = 0; k < count; ++k) of_gps[k] = evidence_of<M>(t.bank.mode[k], l.H, l.nu, R);
   }
   const bool agrees = referenced && of_gps[0].nis <= gates_[M] &&

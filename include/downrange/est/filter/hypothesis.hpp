@@ -24,6 +24,9 @@ struct Hypothesis {
   Eigen::MatrixXd P;  ///< symmetric; states that are switched off have zero rows
 };
 
+/// A state vector, wherever it stands.
+using StateRef = Eigen::Ref<const Eigen::VectorXd>;
+
 /// Where one radar's bias stands in a state vector: its terms, then, where it wanders, its slow errors across and along
 /// elevation, both on the sky: that of azimuth is the first over cos(elevation).
 struct RadarBlock {
@@ -38,11 +41,11 @@ struct RadarBlock {
   [[nodiscard]] bool wanders() const { return wander.sigma_rad > 0; }
   [[nodiscard]] int size() const { return terms + (wanders() ? 2 : 0); }
   /// The bias in `x` indexed by BiasTerm; terms that are not there are zero. Slow angle errors are not in it.
-  [[nodiscard]] Vec<bias_term_count> bias(const Eigen::VectorXd& x) const;
+  [[nodiscard]] Vec<bias_term_count> bias(const StateRef& x) const;
   /// The slow errors of azimuth and elevation (rad) in `x`, at that elevation: pointing errors are on the sky.
-  [[nodiscard]] Vec<2> pointing_error(const Eigen::VectorXd& x, double elevation_rad) const;
+  [[nodiscard]] Vec<2> pointing_error(const StateRef& x, double elevation_rad) const;
   /// Both, the slow errors as offsets.
-  [[nodiscard]] Vec<bias_term_count> bias_at(const Eigen::VectorXd& x, double elevation_rad) const;
+  [[nodiscard]] Vec<bias_term_count> bias_at(const StateRef& x, double elevation_rad) const;
   /// Where a term stands in the state vector; -1: the radar has none.
   [[nodiscard]] int place_of(BiasTerm wanted) const;
   /// 1-sigma of each term before any data.
@@ -230,10 +233,45 @@ template <int First, int M>
 }
 
 /// For the motion given (position, velocity, acceleration), which stands at `motion_at`, and the bias in `x`.
-[[nodiscard]] PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const Eigen::VectorXd& x,
+[[nodiscard]] PlotLinearisation linearise_plot(const Vec<9>& motion, int motion_at, const StateRef& x,
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
 [[nodiscard]] PlotLinearisation linearise_plot(const Hypothesis& h, int motion_at, const MotionModel& model,
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
+
+/// Whether a plot so far from the prediction bends more over that distance than a tenth of its noise: range over the
+/// cross-range, the angles over both. `nu`: of range, azimuth and elevation, zero where one is not measured.
+[[nodiscard]] bool bends(const Vec<3>& nu, const Vec<3>& variance, const Polar& plot);
+
+/// M components of a plot from First on, linearised where state and plot agree best (iterated Kalman filter), for an
+/// update from `h`: the prediction itself, unless the plot bends on the way there. A bias of hundreds of metres, seen
+/// from near by, is met so: linearised at the prediction, the first plots would claim to know its range from its
+/// angles.
+template <int First, int M>
+[[nodiscard]] Linearisation<M> linearise_components(const Hypothesis& h, int motion_at, const MotionModel& model,
+                                                    const RadarModel& radar, const RadarBlock& block, const Polar& plot,
+                                                    const Vec<M>& variance) {
+  constexpr int most_iterations = 5;
+  constexpr double settled = 0.01;  // sigmas of the innovation
+  auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot));
+  Vec<3> nu = Vec<3>::Zero();
+  Vec<3> all_variances = Vec<3>::Ones();
+  nu.template segment<M>(First) = l.nu;
+  all_variances.template segment<M>(First) = variance;
+  if (!bends(nu, all_variances, plot)) return l;
+  for (int i = 0; i < most_iterations; ++i) {
+    const Evidence<M> e = evidence_of<M>(h, l.H, l.nu, Mat<M, M>(variance.asDiagonal()));
+    if (e.singular) break;
+    const Columns<1> step = e.W.lazyProduct(e.whitened);
+    const Columns<1> x = h.x + step;
+    Vec<9> motion = x.template segment<9>(motion_at);
+    motion.tail<3>() = acceleration(model, motion);
+    const Vec<M> before = l.nu;
+    l = components<First, M>(linearise_plot(motion, motion_at, x, radar, block, plot));
+    l.nu += observe(l.H, step);
+    if (e.L.template triangularView<Eigen::Lower>().solve(Vec<M>(l.nu - before)).norm() < settled) break;
+  }
+  return l;
+}
 
 /// The same of its range rate.
 [[nodiscard]] Linearisation<1> linearise_range_rate(const Hypothesis& h, int motion_at, const MotionModel& model,
