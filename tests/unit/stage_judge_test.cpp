@@ -131,6 +131,24 @@ TEST(Judge, NobodyIsAccusedInAFaultFreeFlight) {
   }
 }
 
+/// The scale of azimuth counts from south: what it does jumps by a full turn where the target crosses north, and where
+/// that is the radar's own place, biased, decides.
+TEST(Judge, ARadarThatSeesTheTargetCrossNorthIsNotAccused) {
+  RangeConfig range = judged_range();
+  range.radars[jeju].site = Site({33.6 * deg, 127.58 * deg, 50});
+  sim::Scenario scenario = judged_launch(range, 170);
+  sim::RadarScenario& radar = scenario.radars[jeju];
+  radar.bias_sigma = {};
+  for (const double sign : {-1.0, 1.0}) {
+    radar.bias.sez_offset_m = {-154, sign * 117, -174};
+    radar.bias.offset = {-2, -0.008, -0.003};
+    radar.bias.scale = {-2e-5, sign * 0.002, 0.0012};
+    const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events());
+    EXPECT_TRUE(f.said.empty()) << described(f);
+    EXPECT_GT(f.largest_value, 0) << "nothing was compared";
+  }
+}
+
 TEST(Judge, AReceiverIsBelievedAgainAfterTenSecondsOfAgreement) {
   const RangeConfig range = judged_range();
   sim::Scenario scenario = judged_launch(range, 190);

@@ -6,6 +6,7 @@
 #include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/model/plot_model.hpp>
 #include <limits>
+#include <numbers>
 
 namespace downrange::integrity {
 namespace {
@@ -116,6 +117,28 @@ std::optional<Difference> difference(const Witness& first, const Sample& a, cons
   out.to_metres = {out.ranged ? 1.0 : 0.0, range * std::cos(predicted.q[2]), range};
   if (!out.d.allFinite() || !out.white.allFinite()) return std::nullopt;
   return out;
+}
+
+double azimuth_from_south(const Mat<3, bias_term_count>& by) {
+  const Vec<3> per_azimuth = by.col(static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth));
+  const double square = per_azimuth.squaredNorm();
+  return square > 0 ? by.col(static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth)).dot(per_azimuth) / square : 0;
+}
+
+Mat<3, 3> north_jump(const Mat<3, bias_term_count>& by, const KnownBias& bias) {
+  constexpr double sigmas = 4;
+  constexpr auto scale = static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth);
+  const Vec<3> per_azimuth = by.col(static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth));
+  const double square = per_azimuth.squaredNorm();
+  if (square == 0) return Mat<3, 3>::Zero();
+  // Where the radar stands and what its clock says decide on which side it sees the target; what the instrument adds to
+  // the angle comes after.
+  Vec<bias_term_count> to_the_side = by.transpose() * per_azimuth / square;
+  to_the_side.segment<6>(static_cast<Eigen::Index>(BiasTerm::OffsetRange)).setZero();
+  const double sigma = std::sqrt(to_the_side.dot(bias.cov * to_the_side));
+  if (std::numbers::pi - std::abs(azimuth_from_south(by)) > sigmas * sigma) return Mat<3, 3>::Zero();
+  const Vec<3> turn = 2 * std::numbers::pi * per_azimuth;
+  return (bias.cov(scale, scale) + bias.mean[scale] * bias.mean[scale]) * turn * turn.transpose();
 }
 
 Threshold::Threshold() : three_(chi2_quantile(1 - false_alarm, 3)), two_(chi2_quantile(1 - false_alarm, 2)) {}

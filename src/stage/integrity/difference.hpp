@@ -10,7 +10,6 @@
 namespace downrange::integrity {
 
 using BiasVector = Vec<bias_term_count>;
-using BiasMatrix = Mat<bias_term_count, bias_term_count>;
 
 /// Second minus first, in the second's coordinates: range (m), azimuth, elevation (rad), or ECEF (m).
 struct Difference {
@@ -27,6 +26,15 @@ struct Difference {
 /// `first` tells a position. None where the geometry has no answer (a plot at its own site).
 [[nodiscard]] std::optional<Difference> difference(const Witness& first, const Sample& a, const BiasVector& bias_a,
                                                    const Witness& second, const Sample& b, const BiasVector& bias_b);
+
+/// Where a sensor saw the target, as its scale of azimuth counts, (-pi, pi]. `by`: d(d)/d(bias) of that sensor. 0 for a
+/// receiver.
+[[nodiscard]] double azimuth_from_south(const Mat<3, bias_term_count>& by);
+
+/// What to add to the covariance of a difference where it cannot be told on which side of north a sensor saw the
+/// target: the scale of azimuth counts from south, so that what it does jumps there by a full turn.
+/// Zero elsewhere, and for a receiver.
+[[nodiscard]] Mat<3, 3> north_jump(const Mat<3, bias_term_count>& by, const KnownBias& bias);
 
 /// d' S^-1 d over the coordinates that mean something, as a multiple of its threshold; infinity where S is not positive
 /// definite or d not finite. `whitened`, if given, receives L^-1 d, S = L L'.

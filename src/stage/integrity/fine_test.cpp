@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace downrange::integrity {
 namespace {
@@ -54,12 +55,17 @@ std::optional<Reference> reference_of(const Witness& first, const Witness& secon
   r.first = learnt ? first.known_at(r.epoch) : first.prior;
   r.second = learnt ? second.known_at(r.epoch) : second.prior;
   std::array<Vec<3>, most> d;
+  Vec<2> side = Vec<2>::Zero();  // of north, on which each saw the target: a reference that mixes both is none
   const double share = 1 / static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
     const auto x = difference(first, *instants[i].a, r.first.mean, second, *instants[i].b, r.second.mean);
     if (!x) return std::nullopt;
+    const Vec<2> from_south(azimuth_from_south(x->by_first), azimuth_from_south(x->by_second));
+    if (i == 0) side = from_south;
+    if ((from_south - side).cwiseAbs().maxCoeff() > std::numbers::pi) return std::nullopt;
     d[i] = i == 0 ? x->d : Vec<3>(d[0] + wrapped(second, x->d - d[0]));
-    r.white += median_of_samples * share * share * x->white;
+    r.white += median_of_samples * share * share * x->white + north_jump(x->by_first, r.first) +
+               north_jump(x->by_second, r.second);
     r.by_first += share * x->by_first;
     r.by_second += share * x->by_second;
   }
@@ -93,7 +99,8 @@ TestResult fine_test(const Witness& first, const Sample& a, const Witness& secon
   const Mat<3, 3> S = now->white + reference.white + increment(lag_s, first.slow_tau_s) * now->slow_first +
                       increment(lag_s, second.slow_tau_s) * now->slow_second +
                       by_first * reference.first.cov * by_first.transpose() +
-                      by_second * reference.second.cov * by_second.transpose();
+                      by_second * reference.second.cov * by_second.transpose() +
+                      north_jump(now->by_first, reference.first) + north_jump(now->by_second, reference.second);
   TestResult result;
   result.ratio = threshold.ratio(change, S, now->ranged, &result.whitened);
   result.apart_m = change.cwiseProduct(now->to_metres).norm();

@@ -93,6 +93,7 @@ int Judge::receiver_place(const Name& receiver) {
     if (w.heard) continue;
     w.heard = true;
     w.receiver = receiver;
+    for (Witness& sensor : witnesses_) sensor.receiver_is_heard();
     return place;
   }
   return -1;

@@ -23,7 +23,8 @@ KnownBias prior_of(const BiasModel& model) {
 
 /// `sensor`: a radar or an angles-only tracker.
 template <class Sensor>
-Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bool tells_range) {
+Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bool tells_range,
+                       const NoGpsRegime& without_gps) {
   Witness w;
   w.kind = tells_range ? WitnessKind::Radar : WitnessKind::Angles;
   w.sources = set_of(id);
@@ -32,12 +33,14 @@ Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bo
   w.model.sigma = sigma;
   w.model.azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky;
   w.model.bias = bias_model_of(sensor);
-  w.model.wander = sensor.wander;
+  w.wander_beside_gps = sensor.wander;
+  const bool more_without = without_gps.enabled && without_gps.wander.sigma_rad > sensor.wander.sigma_rad;
+  w.model.wander = more_without ? without_gps.wander : sensor.wander;
   if (sensor.refractivity != 0)
     w.model.refraction =
         std::make_shared<RefractionTable>(atmosphere_over(sensor.site.geodetic(), sensor.refractivity));
   w.slow_factor = sensor.angle_inflation - 1;
-  w.slow_tau_s = sensor.wander.tau_s;
+  w.slow_tau_s = w.model.wander.tau_s;
   w.prior = prior_of(w.model.bias);
   w.series = SampleSeries(sensor.rate_hz, false);
   return w;
@@ -69,14 +72,21 @@ void Witness::note_bias(Time now, const BiasEstimate& bias) {
   known.push(entry);
 }
 
+void Witness::receiver_is_heard() {
+  if (is_receiver()) return;
+  model.wander = wander_beside_gps;
+  slow_tau_s = model.wander.tau_s;
+}
+
 std::vector<Witness> witnesses_of(const RangeConfig& config, int receivers) {
+  const NoGpsRegime& without_gps = config.align.gps.no_gps;
   std::vector<Witness> all;
   for (const RadarConfig& radar : config.radars)
-    all.push_back(ground_witness(radar, static_cast<int>(all.size()), radar.sigma, radar.measures.range));
+    all.push_back(ground_witness(radar, static_cast<int>(all.size()), radar.sigma, radar.measures.range, without_gps));
   for (const AngleSensorConfig& sensor : config.angle_sensors)
     all.push_back(ground_witness(sensor, static_cast<int>(all.size()),
                                  {.azimuth_rad = sensor.sigma_azimuth_rad, .elevation_rad = sensor.sigma_elevation_rad},
-                                 false));
+                                 false, without_gps));
   for (int i = 0; i < receivers; ++i) {
     Witness w;
     w.kind = WitnessKind::Receiver;

@@ -28,14 +28,15 @@ struct KnownBias {
 
 struct Witness {
   WitnessKind kind = WitnessKind::Radar;
-  SourceSet sources = 0;    ///< of a receiver: the stations that relayed it so far
-  Name receiver;            ///< of a receiver
-  bool heard = false;       ///< a receiver's place may be free yet
-  RadarModel model;         ///< sigma is the instrument's, without inflation; of a receiver unused
-  double slow_factor = 0;   ///< slow pointing error: this times the angles' noise variance, beside `wander`
-  double slow_tau_s = 30;   ///< correlation time of what varies slowly
-  double slow_sigma_m = 0;  ///< of a receiver, per axis
-  KnownBias prior;          ///< calibration included
+  SourceSet sources = 0;             ///< of a receiver: the stations that relayed it so far
+  Name receiver;                     ///< of a receiver
+  bool heard = false;                ///< a receiver's place may be free yet
+  RadarModel model;                  ///< sigma is the instrument's, without inflation; of a receiver unused
+  double slow_factor = 0;            ///< slow pointing error: this times the angles' noise variance, beside `wander`
+  double slow_tau_s = 30;            ///< correlation time of what varies slowly
+  double slow_sigma_m = 0;           ///< of a receiver, per axis
+  PointingWander wander_beside_gps;  ///< what the mount wanders, as configured
+  KnownBias prior;                   ///< calibration included
   SampleSeries series;
   Ring<KnownBias> known{75};  ///< one each second
 
@@ -44,6 +45,9 @@ struct Witness {
   /// As it was known at `at`; its prior where GPS had taught nothing by then.
   [[nodiscard]] const KnownBias& known_at(Time at) const;
   void note_bias(Time now, const BiasEstimate& bias);
+  /// Until a receiver is heard, a sensor on the ground may wander as the methods allow it to without GPS; from then on
+  /// as configured.
+  void receiver_is_heard();
 };
 
 /// Radars first, then trackers, both by SourceId, then places for `receivers` receivers.
