@@ -314,7 +314,13 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_time_ns(in.time.ns);
   out.set_rate_hz(in.rate_hz);
   out.set_latency_s(in.latency_s);
-  put_first(in.count, static_cast<int>(reason_count), out.mutable_count());
+  out.clear_counts();
+  for (std::size_t i = 0; i < reason_count; ++i) {
+    if (in.count[i] == 0) continue;
+    record::ReasonCount& counted = *out.add_counts();
+    counted.set_reason(static_cast<record::Reason>(i));
+    counted.set_count(in.count[i]);
+  }
   out.set_residual_mean(in.residual_mean);
   out.set_residual_sigma(in.residual_sigma);
   out.set_nis(in.nis);
@@ -343,7 +349,11 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.time = {in.time_ns()};
   out.rate_hz = in.rate_hz();
   out.latency_s = in.latency_s();
-  // Fewer counts: an archive older than the newest reasons.
+  for (const record::ReasonCount& counted : in.counts()) {
+    const auto reason = static_cast<std::size_t>(counted.reason());
+    if (reason < reason_count) out.count[reason] = counted.count();  // else of a newer program
+  }
+  // Of an older archive, with fewer counts than there are reasons now.
   copy_array(in.count(), std::min(in.count_size(), static_cast<int>(reason_count)), out.count, "count", defect);
   out.residual_mean = in.residual_mean();
   out.residual_sigma = in.residual_sigma();

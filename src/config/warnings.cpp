@@ -206,12 +206,15 @@ void warn_of_passing_over(const RangeConfig& range, const Checker& warn) {
                      ", for they lack range or angles");
 }
 
+/// By some method of fuse.methods.
+bool is_used(const RangeConfig& range, bool MethodCapabilities::*part) {
+  return std::ranges::any_of(range.fuse.methods,
+                             [&](const Name& method) { return capabilities_of(method.view()).*part; });
+}
+
 /// Keys for what no method of fuse.methods does.
 void warn_of_unused_by_methods(const RangeConfig& range, const Idle& idle) {
-  const auto unused = [&](bool MethodCapabilities::*part) {
-    return std::ranges::none_of(range.fuse.methods,
-                                [&](const Name& method) { return capabilities_of(method.view()).*part; });
-  };
+  const auto unused = [&](bool MethodCapabilities::*part) { return !is_used(range, part); };
   const std::string because = "no method of fuse.methods uses it";
   const auto sensors_add = [&](const char* table, std::size_t count, const char* key) {
     for (std::size_t i = 0; i < count; ++i) idle.add(entry(table, i, key), because);
@@ -236,9 +239,7 @@ void warn_of_idle_keys(const RangeConfig& range, const Idle& idle) {
   if (!range.gps.use.velocity) idle.add("gps", {"sigma_velocity_m_s"}, "use_velocity is false");
   const Kinematics moves = range.fuse.motion.kinematics;
   const bool has_acceleration = model_set(range.fuse.motion).model[0].noise == MotionModel::Noise::WhiteJerk;
-  // Whatever the kinematics: ts moves its targets, and schmidt its GPS track, with white jerk.
-  const bool has_white_jerk = std::ranges::any_of(
-      range.fuse.methods, [](const Name& method) { return method == Name("ts") || method == Name("schmidt"); });
+  const bool has_white_jerk = is_used(range, &MethodCapabilities::white_jerk);
   const std::string because = "it is not of the kinematics that fuse.kinematics names";
   if (has_acceleration) idle.add("fuse", {"q_cv_m2_s3"}, because);
   if (moves != Kinematics::Ca && moves != Kinematics::Vdie && !has_white_jerk)

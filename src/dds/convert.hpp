@@ -10,8 +10,8 @@ namespace downrange::dds {
 void to_wire(const RangeStamp& from, wire::RangeStamp& to);
 [[nodiscard]] RangeStamp from_wire(const wire::RangeStamp& from);
 
-void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to);
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV4& to);
 
-[[nodiscard]] Defect from_wire(const wire::ServiceStatusV3& from, ServiceStatus& to);
+[[nodiscard]] Defect from_wire(const wire::ServiceStatusV4& from, ServiceStatus& to);
 
 }  // namespace downrange::dds

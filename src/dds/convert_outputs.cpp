@@ -236,6 +236,7 @@ void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.expected_rad(from.expected_rad);
   to.sigma_ratio(from.sigma_ratio);
   to.nis(from.nis);
+  to.figure_of_merit(figure_of_merit(from));
   to.qualified(from.qualified);
   to.why(same_number<wire::Disqualification>(from.why));
   to.rejected_for(static_cast<std::uint8_t>(from.rejected_for));
@@ -285,10 +286,12 @@ Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
   return check.defect();
 }
 
-void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to) {
+void to_wire(const ServiceStatus& from, wire::ServiceStatusV4& to) {
   to.node_id() = from.node.c_str();
   to.stages(static_cast<std::uint8_t>((from.stages.ingest ? 1U : 0U) | (from.stages.align ? 2U : 0U) |
                                       (from.stages.fuse ? 4U : 0U) | (from.stages.slave ? 8U : 0U)));
+  to.role() = std::string(role_of(from.stages));
+  to.ownership(wire::OWNERSHIP_UNKNOWN);
   to.version() = from.version;
   to.configuration_hash() = from.configuration_hash;
   to.clock(same_number<wire::ClockMode>(from.clock));
@@ -297,6 +300,8 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to) {
   to.queue_depth(from.queue_depth);
   to.consumed(from.consumed);
   to.emitted(from.emitted);
+  to.consumed_per_s(from.consumed_per_s);
+  to.emitted_per_s(from.emitted_per_s);
   to.dropped(from.dropped);
   to.write_failures(from.write_failures);
   to.latency_p50_us(from.latency_us[0]);
@@ -322,7 +327,7 @@ void to_wire(const ServiceStatus& from, wire::ServiceStatusV3& to) {
   }
 }
 
-Defect from_wire(const wire::ServiceStatusV3& from, ServiceStatus& to) {
+Defect from_wire(const wire::ServiceStatusV4& from, ServiceStatus& to) {
   Check check;
   check.name("node_id", from.node_id().c_str(), to.node);
   const unsigned stages = from.stages();
@@ -335,6 +340,8 @@ Defect from_wire(const wire::ServiceStatusV3& from, ServiceStatus& to) {
   to.queue_depth = from.queue_depth();
   to.consumed = from.consumed();
   to.emitted = from.emitted();
+  to.consumed_per_s = from.consumed_per_s();
+  to.emitted_per_s = from.emitted_per_s();
   to.dropped = from.dropped();
   to.write_failures = from.write_failures();
   to.latency_us = {from.latency_p50_us(), from.latency_p95_us(), from.latency_p99_us(), from.latency_max_us()};

@@ -27,7 +27,7 @@ class InputReader::Impl {
     });
     if (!ingest_nodes_.empty()) {
       observation_.emplace(participant, topic_of<Observation>, tally_,
-                           [this](const auto& wire, const auto&) { return take_observation(wire); });
+                           [this](const auto& wire, const auto&) { return receive_observation(wire); });
     }
   }
 
@@ -45,11 +45,11 @@ class InputReader::Impl {
   template <class Input>
   void open(Participant& participant) {
     std::get<Reader<Input>>(readers_).emplace(participant, topic_of<Input>, tally_,
-                                              [this](const auto& wire, const auto&) { return take<Input>(wire); });
+                                              [this](const auto& wire, const auto&) { return receive<Input>(wire); });
   }
 
   template <class Input>
-  Defect take(const Wire<Input>& wire, const Name& node = {}) {
+  Defect receive(const Wire<Input>& wire, const Name& node = {}) {
     Input input;
     Defect defect = from_wire(wire, input);
     if (!defect.empty()) return defect;
@@ -64,12 +64,12 @@ class InputReader::Impl {
     return {};
   }
 
-  Defect take_observation(const Wire<Observation>& wire) {
+  Defect receive_observation(const Wire<Observation>& wire) {
     const std::optional<Name> node = Name::parse(wire.node_id().c_str());
     if (!node || std::find(ingest_nodes_.begin(), ingest_nodes_.end(), *node) == ingest_nodes_.end()) {
       return {};  // another centre's business
     }
-    return take<Observation>(wire, *node);
+    return receive<Observation>(wire, *node);
   }
 
   const ClockMode clock_;

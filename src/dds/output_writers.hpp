@@ -79,7 +79,7 @@ class OutputWriters::Impl {
   const Name node_;
   Outputs::Tuple<Output> outputs_;
   std::optional<Progress> progress_;
-  TopicWriter<wire::ServiceStatusV3PubSubType> status_;
+  TopicWriter<wire::ServiceStatusV4PubSubType> status_;
 };
 
 }  // namespace downrange::dds

@@ -50,7 +50,7 @@ void OutputWriters::Impl::stamp(Wire<Observation>& sample) {
 }
 
 void OutputWriters::Impl::publish(const ServiceStatus& status) {
-  wire::ServiceStatusV3 sample;
+  wire::ServiceStatusV4 sample;
   to_wire(status, sample);
   static_cast<void>(status_.write(sample));
 }
@@ -139,12 +139,12 @@ class OutputReaders::Impl {
   template <class Record>
   void open(Participant& participant, const EndpointOptions& options) {
     std::get<Reader<Record>>(readers_).emplace(
-        participant, topic_of<Record>, tally_, [this](const auto& wire, const auto&) { return take<Record>(wire); },
+        participant, topic_of<Record>, tally_, [this](const auto& wire, const auto&) { return receive<Record>(wire); },
         options);
   }
 
   template <class Record>
-  Defect take(const Wire<Record>& wire) {
+  Defect receive(const Wire<Record>& wire) {
     Record record;
     Defect defect = from_wire(wire, record);
     if (!defect.empty()) return defect;
@@ -163,7 +163,7 @@ class OutputReaders::Impl {
   const OutputCallbacks callbacks_;
   Tally<ReadCounts> tally_;
   Outputs::Tuple<Reader> readers_;
-  std::optional<TopicReader<wire::ServiceStatusV3PubSubType>> status_;
+  std::optional<TopicReader<wire::ServiceStatusV4PubSubType>> status_;
 };
 
 OutputReaders::OutputReaders(Participant& participant, const OutputSelection& selection, OutputCallbacks callbacks)

@@ -196,4 +196,13 @@ ClockMode Participant::clock() const { return impl_->clock; }
 const std::vector<std::string>& Participant::notes() const { return impl_->notes; }
 std::vector<std::string> Participant::mismatches() const { return impl_->mismatches.texts(); }
 
+std::vector<std::string> NewMismatches::among(const std::vector<std::string>& present) {
+  std::vector<std::string> fresh;
+  for (const std::string& mismatch : present) {
+    if (!told_.contains(mismatch)) fresh.push_back(mismatch);
+  }
+  told_ = {present.begin(), present.end()};
+  return fresh;
+}
+
 }  // namespace downrange::dds

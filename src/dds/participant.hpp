@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -54,6 +55,16 @@ class Participant {
 
  private:
   std::unique_ptr<Impl> impl_;
+};
+
+/// Tells each of Participant::mismatches() once for as long as it is there.
+class NewMismatches {
+ public:
+  /// Those of `present` that were not there at the last call.
+  [[nodiscard]] std::vector<std::string> among(const std::vector<std::string>& present);
+
+ private:
+  std::set<std::string> told_;
 };
 
 /// One line of the middleware's own log.

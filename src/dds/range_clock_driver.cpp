@@ -36,7 +36,7 @@ class RangeClockDriver::Impl {
         inputs_(participant),
         clock_(participant, topics::clock, write_tally_),
         acks_(participant, topics::clock_ack, read_tally_,
-              [this](const wire::ClockAckV2& ack, const fdds::SampleInfo& info) { return take(ack, info); }) {
+              [this](const wire::ClockAckV3& ack, const fdds::SampleInfo& info) { return receive(ack, info); }) {
     sample_.run_id(run_id_);
   }
 
@@ -88,7 +88,7 @@ class RangeClockDriver::Impl {
     return nodes;
   }
 
-  Defect take(const wire::ClockAckV2& ack, const fdds::SampleInfo& info) {
+  Defect receive(const wire::ClockAckV3& ack, const fdds::SampleInfo& info) {
     const std::optional<Name> name = Name::parse(ack.node_id().c_str());
     const std::scoped_lock lock(mutex_);
     const auto found = name ? nodes_.find(*name) : nodes_.end();
@@ -199,7 +199,7 @@ class RangeClockDriver::Impl {
   Tally<ReadCounts> read_tally_;
   InputWriters::Impl inputs_;
   TopicWriter<wire::RangeClockV2PubSubType> clock_;
-  TopicReader<wire::ClockAckV2PubSubType> acks_;
+  TopicReader<wire::ClockAckV3PubSubType> acks_;
 };
 
 RangeClockDriver::RangeClockDriver(Participant& participant, const DriverOptions& options)

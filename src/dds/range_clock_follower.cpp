@@ -35,14 +35,15 @@ class RangeClockFollower::Impl {
         node_(participant.node()),
         ack_(participant, topics::clock_ack, write_tally_),
         clock_(participant, topics::clock, tally_,
-               [this](const wire::RangeClockV2& sample, const auto&) { return take(sample); }),
-        inputs_(participant, {options.sensors, true, options.ingest_nodes},
-                [this](const Event& event, const RangeStamp& stamp, const Name& node) { take(event, stamp, node); }) {
+               [this](const wire::RangeClockV2& sample, const auto&) { return receive(sample); }),
+        inputs_(
+            participant, {options.sensors, true, options.ingest_nodes},
+            [this](const Event& event, const RangeStamp& stamp, const Name& node) { receive(event, stamp, node); }) {
     if (participant.clock() != ClockMode::Range) throw LockstepError("a follower needs the range clock");
     if (!options.ingest_nodes.empty()) {
       progress_.emplace(
           participant, topics::ingest_progress, tally_,
-          [this](const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) { return take(sample, info); });
+          [this](const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) { return receive(sample, info); });
     }
   }
 
@@ -100,7 +101,7 @@ class RangeClockFollower::Impl {
  private:
   // On the middleware's threads.
 
-  Defect take(const wire::RangeClockV2& sample) {
+  Defect receive(const wire::RangeClockV2& sample) {
     AnnouncedStep announced{{sample.time_ns()}, sample.end(), {}};
     for (const wire::SourceCountV2& count : sample.counts()) {
       const std::optional<Name> source = Name::parse(count.source_id().c_str());
@@ -115,13 +116,13 @@ class RangeClockFollower::Impl {
     return {};
   }
 
-  void take(const Event& event, const RangeStamp& stamp, const Name& node) {
+  void receive(const Event& event, const RangeStamp& stamp, const Name& node) {
     const std::scoped_lock lock(mutex_);
     if (StepAssembly* run = run_locked(stamp.run_id)) run->add(event, stamp.sequence, node);
     changed_.notify_all();
   }
 
-  Defect take(const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) {
+  Defect receive(const wire::IngestProgressV2& sample, const fdds::SampleInfo& info) {
     const std::optional<Name> node = Name::parse(sample.node_id().c_str());
     if (!node) return "names no node";
     const std::scoped_lock lock(mutex_);
@@ -188,7 +189,7 @@ class RangeClockFollower::Impl {
     const std::optional<std::string> missing = run.missing();
     if (!missing || !missing->empty()) return std::nullopt;
     announced_at_.reset();
-    return run.take();
+    return run.take_next();
   }
 
   /// Why the current run cannot go on; empty: it may.
@@ -228,11 +229,11 @@ class RangeClockFollower::Impl {
     for (InputTopic topic = 0; topic < Inputs::size; ++topic) {
       if (options_.sensors || !input_info[topic].measurement) read |= bit_of(topic);
     }
-    wire::ClockAckV2 ack;
+    wire::ClockAckV3 ack;
     ack.node_id() = node_.c_str();
     ack.run_id(step.run_id);
     ack.step(step.step);
-    if (told_ready_) ack.topics(static_cast<std::uint8_t>(read));
+    if (told_ready_) ack.topics(read);
     ack.failure() = failure;
     // A refused acknowledgement shows at the driver as a silent node.
     static_cast<void>(ack_.write(ack));
@@ -254,7 +255,7 @@ class RangeClockFollower::Impl {
 
   Tally<WriteCounts> write_tally_;
   Tally<ReadCounts> tally_;
-  TopicWriter<wire::ClockAckV2PubSubType> ack_;
+  TopicWriter<wire::ClockAckV3PubSubType> ack_;
   std::optional<TopicReader<wire::IngestProgressV2PubSubType>> progress_;
   TopicReader<wire::RangeClockV2PubSubType> clock_;
   InputReader inputs_;

@@ -43,8 +43,10 @@ struct ServiceStatus {
   Time time;       ///< UTC of this status (wall clock)
   Time last_tick;  ///< of the engine, in its own clock
   std::uint32_t queue_depth = 0;
-  std::uint64_t consumed = 0;          ///< events handled by the engine
-  std::uint64_t emitted = 0;           ///< results
+  std::uint64_t consumed = 0;  ///< events handled by the engine
+  std::uint64_t emitted = 0;   ///< results
+  double consumed_per_s = 0;   ///< since the status before
+  double emitted_per_s = 0;
   std::uint64_t dropped = 0;           ///< inputs lost before the engine (queue full, malformed)
   std::uint64_t write_failures = 0;    ///< results that DDS did not take
   std::array<double, 4> latency_us{};  ///< received -> result written: median, 95 %, 99 %, maximum

@@ -78,7 +78,7 @@ std::optional<std::string> StepAssembly::missing() const {
   return std::string();
 }
 
-RangeStep StepAssembly::take() {
+RangeStep StepAssembly::take_next() {
   const auto announced = steps_.find(next_);
   RangeStep step{run_id_, next_, announced->second.time, announced->second.end, {}};
   for (const auto& [source, last] : announced->second.last_sequence) {

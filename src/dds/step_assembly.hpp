@@ -40,7 +40,7 @@ class StepAssembly {
   /// announced.
   [[nodiscard]] std::optional<std::string> missing() const;
   /// The next step, which is complete.
-  [[nodiscard]] RangeStep take();
+  [[nodiscard]] RangeStep take_next();
 
  private:
   /// Samples of one source, by their sequence in the run.

@@ -29,6 +29,7 @@ using Wire = typename PubSubTypeOf<Record>::type;
 template <>
 struct WireOf<MissionEvent> {
   using PubSubType = wire::MissionEventV2PubSubType;
+  static constexpr auto topic = wire::INPUT_MISSION;
 };
 void to_wire(const MissionEvent& from, Wire<MissionEvent>& to);
 [[nodiscard]] Defect from_wire(const Wire<MissionEvent>& from, MissionEvent& to);
@@ -36,6 +37,7 @@ void to_wire(const MissionEvent& from, Wire<MissionEvent>& to);
 template <>
 struct WireOf<RadarTspi> {
   using PubSubType = wire::RadarTspiV2PubSubType;
+  static constexpr auto topic = wire::INPUT_RADAR_TSPI;
 };
 void to_wire(const RadarTspi& from, Wire<RadarTspi>& to);
 [[nodiscard]] Defect from_wire(const Wire<RadarTspi>& from, RadarTspi& to);
@@ -43,6 +45,7 @@ void to_wire(const RadarTspi& from, Wire<RadarTspi>& to);
 template <>
 struct WireOf<GpsFix> {
   using PubSubType = wire::GpsFixV2PubSubType;
+  static constexpr auto topic = wire::INPUT_GPS;
 };
 void to_wire(const GpsFix& from, Wire<GpsFix>& to);
 [[nodiscard]] Defect from_wire(const Wire<GpsFix>& from, GpsFix& to);
@@ -50,6 +53,7 @@ void to_wire(const GpsFix& from, Wire<GpsFix>& to);
 template <>
 struct WireOf<AngleTspi> {
   using PubSubType = wire::AngleTspiV2PubSubType;
+  static constexpr auto topic = wire::INPUT_ANGLES;
 };
 void to_wire(const AngleTspi& from, Wire<AngleTspi>& to);
 [[nodiscard]] Defect from_wire(const Wire<AngleTspi>& from, AngleTspi& to);
@@ -57,6 +61,7 @@ void to_wire(const AngleTspi& from, Wire<AngleTspi>& to);
 template <>
 struct WireOf<OperatorCommand> {
   using PubSubType = wire::OperatorCommandV2PubSubType;
+  static constexpr auto topic = wire::INPUT_OPERATOR;
 };
 void to_wire(const OperatorCommand& from, Wire<OperatorCommand>& to);
 [[nodiscard]] Defect from_wire(const Wire<OperatorCommand>& from, OperatorCommand& to);
@@ -64,6 +69,7 @@ void to_wire(const OperatorCommand& from, Wire<OperatorCommand>& to);
 template <>
 struct WireOf<AntennaReport> {
   using PubSubType = wire::AntennaReportV2PubSubType;
+  static constexpr auto topic = wire::INPUT_ANTENNA;
 };
 void to_wire(const AntennaReport& from, Wire<AntennaReport>& to);
 [[nodiscard]] Defect from_wire(const Wire<AntennaReport>& from, AntennaReport& to);
@@ -71,6 +77,7 @@ void to_wire(const AntennaReport& from, Wire<AntennaReport>& to);
 template <>
 struct WireOf<PlatformState> {
   using PubSubType = wire::PlatformStateV2PubSubType;
+  static constexpr auto topic = wire::INPUT_PLATFORM;
 };
 void to_wire(const PlatformState& from, Wire<PlatformState>& to);
 [[nodiscard]] Defect from_wire(const Wire<PlatformState>& from, PlatformState& to);
@@ -112,7 +119,7 @@ void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 
 template <>
 struct WireOf<SourceHealth> {
-  using PubSubType = wire::SourceHealthV3PubSubType;
+  using PubSubType = wire::SourceHealthV4PubSubType;
 };
 void to_wire(const SourceHealth& from, Wire<SourceHealth>& to);
 /// Counts of reasons that this program does not know are left out.
@@ -123,8 +130,15 @@ inline constexpr const char* topic_of = MessageInfo<Record>::topic.data();
 
 /// Of an input: its place in Inputs, which is wire::InputTopic.
 using InputTopic = std::size_t;
-static_assert(Inputs::size == wire::INPUT_PLATFORM + 1, "wire::InputTopic and Inputs list the same topics");
-static_assert(Inputs::size <= 8, "ClockAck.topics has a bit for each");
+/// Whether every input has the number in wire::InputTopic that its place in Inputs is.
+[[nodiscard]] constexpr bool input_numbers_agree() {
+  bool agree = true;
+  Inputs::for_each(
+      [&]<class Input>() { agree = agree && Inputs::index_of<Input>() == std::size_t{WireOf<Input>::topic}; });
+  return agree;
+}
+static_assert(input_numbers_agree(), "wire::InputTopic and Inputs list the same topics in the same order");
+static_assert(Inputs::size <= 32, "ClockAck.topics has a bit for each");
 
 template <class Record>
 inline constexpr bool is_measurement = Measurements::contains<Record>;

@@ -379,6 +379,9 @@ class Scorer::Run : public ResultSink {
       integrity_.push_back({.t_s = (integrity.time - scorer_.liftoff_).seconds(), .text = std::move(note)});
   }
 
+  /// Of a result that nothing is measured of.
+  template <class Other>
+  void add(const Other&) {}
   void add(const SensorBias& bias) {
     if (open_ && open_->source.second == bias.sensor) answered(bias.method, bias.received);
     if (bias.method == scorer_.first_method()) biases_[bias.sensor] = bias;

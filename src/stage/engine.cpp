@@ -32,6 +32,13 @@ class IntegrityTap final : public ResultSink {
 
 }  // namespace
 
+std::string_view role_of(const StageSet& stages) {
+  const bool tracks = stages.align && stages.fuse;
+  if (stages.ingest && tracks && stages.slave) return "all";
+  if (stages.ingest && !stages.align && !stages.fuse && !stages.slave) return "ingest";
+  return !stages.ingest && tracks ? "centre" : "part";
+}
+
 class Engine::Impl {
  public:
   Impl(const RangeConfig& config, const StageSet& stages, ResultSink& sink)

@@ -17,6 +17,13 @@ bool distrusted(Time tick, Time since, int in_row) {
 
 }  // namespace
 
+double figure_of_merit(const SourceHealth& health) {
+  constexpr double right = 0.95;
+  if (!health.qualified) return 0;
+  const double inside = health.nis_count > 0 ? std::min(health.nis_inside_95 / right, 1.0) : 1;
+  return inside / std::max(std::ranges::max(health.sigma_ratio), 1.0);
+}
+
 std::string_view why_not_qualified(const SourceHealth& health) {
   switch (health.why) {
     case Disqualification::Silent:

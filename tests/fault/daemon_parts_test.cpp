@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <mutex>
 
+#include "../support/samples.hpp"
 #include "app/downranged/acknowledgements.hpp"
 #include "app/downranged/event_queue.hpp"
 #include "app/downranged/health_notes.hpp"
@@ -86,6 +87,15 @@ TEST(Queue, AnOperatorsOrderIsNoStrangers) {
   queue.push(command);
   EXPECT_EQ(queue.losses().refused, 0u);
   EXPECT_EQ(std::get<OperatorCommand>(queue.pop().value()).operator_id, Name("kim"));
+}
+
+TEST(Queue, OfNobodyConfiguredOnlyMeasurementsAreRefused) {
+  Inputs::for_each([]<class Input>() {
+    EventQueue queue({"somebody-else"}, 16);
+    queue.push(test::sample<Input>());
+    EXPECT_EQ(queue.losses().refused, Measurements::contains<Input> ? 1u : 0u) << MessageInfo<Input>::topic;
+    EXPECT_EQ(queue.depth(), Measurements::contains<Input> ? 0u : 1u) << MessageInfo<Input>::topic;
+  });
 }
 
 TEST(AcknowledgementsTest, OrdersAndMarksAreAnsweredAndLogged) {

@@ -98,6 +98,8 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   status.last_tick = {2};
   status.queue_depth = 3;
   status.consumed = 4;
+  status.consumed_per_s = 2.5;
+  status.emitted_per_s = 40;
   status.emitted = 5;
   status.dropped = 6;
   status.write_failures = 7;
@@ -124,6 +126,8 @@ TEST(DdsLoopback, EveryResultArrivesAsItWasEmitted) {
   EXPECT_EQ(received.last_tick, status.last_tick);
   EXPECT_EQ(received.queue_depth, status.queue_depth);
   EXPECT_EQ(received.consumed, status.consumed);
+  EXPECT_EQ(received.consumed_per_s, status.consumed_per_s);
+  EXPECT_EQ(received.emitted_per_s, status.emitted_per_s);
   EXPECT_EQ(received.emitted, status.emitted);
   EXPECT_EQ(received.dropped, status.dropped);
   EXPECT_EQ(received.write_failures, status.write_failures);

@@ -121,7 +121,7 @@ TEST(Mismatch, PeersAreNamedWhileTheyAreThere) {
     stranger.write(topic_of<GpsFix>, fdds::TypeSupport(new wire::RadarTspiV2PubSubType), fdds::DATAWRITER_QOS_DEFAULT);
     stranger.read(topic_of<SlavingCommand>, fdds::TypeSupport(new wire::SlavingCommandV2PubSubType),
                   fdds::DATAREADER_QOS_DEFAULT);
-    stranger.read(topics::status, fdds::TypeSupport(new wire::ServiceStatusV3PubSubType), fdds::DATAREADER_QOS_DEFAULT);
+    stranger.read(topics::status, fdds::TypeSupport(new wire::ServiceStatusV4PubSubType), fdds::DATAREADER_QOS_DEFAULT);
     ASSERT_TRUE(eventually([](const auto& all) { return all.size() == 3; }));
     for (const auto& [begin, end] :
          {std::pair{"range/radar_tspi: writer 'stranger' at ", "): reliability: BEST_EFFORT offered, RELIABLE asked"},

@@ -199,7 +199,7 @@ TEST_P(EveryRule, TakesTheBiasOut) {
   const test::Flown without = test::fly(*make_method("uncorrected", f.settings), f, 30);
   EXPECT_LT(with.rms_m, 0.5 * without.rms_m);
   EXPECT_EQ(method->bias(1).terms, 6);
-  EXPECT_EQ(method->fused(0)->sources, 0b11u);
+  EXPECT_EQ(method->fused(0)->sources, 0b111u) << "both radars, and the station by whose fixes their biases go";
 }
 
 TEST_P(EveryRule, ARadarThatJumpsIsOpenedAgainInsteadOfLockedOut) {

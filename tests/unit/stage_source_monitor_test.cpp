@@ -236,6 +236,21 @@ TEST(SourceMonitor, TellsTheNoiseThatTheMethodHasLearnt) {
   EXPECT_EQ(learnt_noise(SourceKind::Telemetry, {}), "");
 }
 
+TEST(FigureOfMerit, IsOneAsConfiguredAndZeroNotToBeUsed) {
+  SourceHealth health;
+  EXPECT_EQ(figure_of_merit(health), 0);  // not qualified
+  health.qualified = true;
+  EXPECT_EQ(figure_of_merit(health), 1);  // nothing weighed yet
+  health.nis_count = 200;
+  health.nis_inside_95 = 0.97;
+  health.sigma_ratio = {1, 0.5, 0.5, 0};
+  EXPECT_EQ(figure_of_merit(health), 1);
+  health.nis_inside_95 = 0.76;
+  EXPECT_NEAR(figure_of_merit(health), 0.8, 1e-12);
+  health.sigma_ratio[1] = 2;
+  EXPECT_NEAR(figure_of_merit(health), 0.4, 1e-12);
+}
+
 TEST(SourceMonitor, KnowsWhomIntegrityDoubts) {
   SourceMonitor monitor(small_range());
   EXPECT_FALSE(monitor.doubted(plot(1)));

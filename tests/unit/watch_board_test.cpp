@@ -52,8 +52,8 @@ TEST(WatchBoard, ASilentNodeIsNotRunning) {
   board.add(status("alive"), start + milliseconds(4000));
   EXPECT_FALSE(shows(board.lines(start + milliseconds(2900), utc), "SILENT"));
   const std::string lines = board.lines(start + milliseconds(5000), utc);
-  EXPECT_TRUE(shows(lines, "node dead         SILENT 5 s")) << lines;
-  EXPECT_TRUE(shows(lines, "node alive        running")) << lines;
+  EXPECT_TRUE(shows(lines, "node dead         all    SILENT 5 s")) << lines;
+  EXPECT_TRUE(shows(lines, "node alive        all    running")) << lines;
 }
 
 TEST(WatchBoard, OnTheWallClockUtcTellsTheAge) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
 
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
@@ -17,6 +18,10 @@ struct StageSet {
   bool fuse = true;
   bool slave = true;
 };
+
+/// Of a node that runs these stages: "all"; "ingest"; "centre", which lives on the observations of ingest nodes; else
+/// "part".
+[[nodiscard]] std::string_view role_of(const StageSet& stages);
 
 class Engine {
  public:

@@ -57,8 +57,9 @@ struct Trajectory {
   double speed_m_s = 0;        ///< relative to the Earth
   double flight_path_rad = 0;  ///< up from the local horizontal
   double heading_rad = 0;      ///< clockwise from north, [0, 2 pi)
-  std::uint64_t sources =
-      0;           ///< bit i: i-th configured radar, trackers behind them, contributed within the last second
+  /// Bit i: source i contributed within the last second: radars as configured, trackers behind them, then stations
+  /// whose fixes the track or its biases go by; those from 64 on left out.
+  std::uint64_t sources = 0;
   double nis = 0;  ///< of the newest measurement, chi2 with nis_dof degrees of freedom
   int nis_dof = 0;
   Name chain;          ///< of sources, where the method ran on a part of them; empty: all
@@ -214,6 +215,10 @@ struct SourceHealth {
 /// Why it is not qualified, in snake_case: "silent", or the reason of its rejection. Empty where it is, or none is
 /// known.
 [[nodiscard]] std::string_view why_not_qualified(const SourceHealth& health);
+
+/// How far the source may be relied on, in one figure: 0, it is not qualified; else the share of its newest NIS inside
+/// their 95 % region over that which is right, at most 1, over the largest of its learnt sigma ratios, at least 1.
+[[nodiscard]] double figure_of_merit(const SourceHealth& health);
 
 using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth>;
 

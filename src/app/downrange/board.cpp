@@ -105,32 +105,33 @@ std::string old(Time epoch, Time time, double limit_s) {
 
 }  // namespace
 
-void Board::came(Time range_time, Clock::time_point now) {
-  newest_ = now;
-  newest_range_time_ = std::max(newest_range_time_, range_time);
-}
-
 void Board::add(const Result& result, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
-  if (const auto* t = std::get_if<Trajectory>(&result)) {
-    tracks_[{t->target, t->method}] = *t;
-    came(t->epoch, now);
-  } else if (const auto* c = std::get_if<SlavingCommand>(&result)) {
-    ++commands_;
-    commands_by_antenna_[c->antenna] = *c;
-    came(c->tick, now);
-  } else if (const auto* i = std::get_if<Integrity>(&result)) {
-    integrity_[i->target] = *i;
-    came(i->time, now);
-  } else {
-    newest_ = now;
-  }
+  newest_ = now;
+  std::visit([this](const auto& record) { keep(record); }, result);
+}
+
+void Board::keep(const Trajectory& trajectory) {
+  tracks_[{trajectory.target, trajectory.method}] = trajectory;
+  newest_range_time_ = std::max(newest_range_time_, trajectory.epoch);
+}
+
+void Board::keep(const SlavingCommand& command) {
+  ++commands_;
+  commands_by_antenna_[command.antenna] = command;
+  newest_range_time_ = std::max(newest_range_time_, command.tick);
+}
+
+void Board::keep(const Integrity& record) {
+  integrity_[record.target] = record;
+  newest_range_time_ = std::max(newest_range_time_, record.time);
 }
 
 void Board::add(const SourceHealth& health, const Name& node, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
+  newest_ = now;
+  newest_range_time_ = std::max(newest_range_time_, health.time);
   health_[{health.sensor, node}] = health;
-  came(health.time, now);
 }
 
 void Board::add(const dds::ServiceStatus& status, Clock::time_point now) {
@@ -213,16 +214,18 @@ std::string Board::health_lines(Time time) const {
 
 std::string Board::node_lines(Clock::time_point now) const {
   std::string text;
-  char line[250];
+  char line[300];
   for (const auto& [node, heard] : nodes_) {
     const auto& s = heard.status;
     const double age_s = std::chrono::duration<double>(now - heard.at).count();
     char silent[40];
     std::snprintf(silent, sizeof silent, "SILENT %.0f s", age_s);
-    std::snprintf(line, sizeof line, "node %-12s %s  queue %u  in %llu  out %llu  99 %% within %.0f us  archive %s\n",
-                  node.c_str(), age_s > silent_after_s ? silent : s.state.c_str(), s.queue_depth,
-                  static_cast<unsigned long long>(s.consumed), static_cast<unsigned long long>(s.emitted),
-                  s.latency_us[2], s.archive_state.c_str());
+    std::snprintf(
+        line, sizeof line,
+        "node %-12s %-6s %s  queue %u  in %llu (%.0f /s)  out %llu (%.0f /s)  99 %% within %.0f us  archive %s\n",
+        node.c_str(), role_of(s.stages).data(), age_s > silent_after_s ? silent : s.state.c_str(), s.queue_depth,
+        static_cast<unsigned long long>(s.consumed), s.consumed_per_s, static_cast<unsigned long long>(s.emitted),
+        s.emitted_per_s, s.latency_us[2], s.archive_state.c_str());
     text += line;
     if (!s.mismatch.empty()) text += "  DOES NOT MATCH  " + s.mismatch + '\n';
   }

@@ -48,7 +48,12 @@ class Board {
   [[nodiscard]] std::string integrity_lines(Time time) const;
   [[nodiscard]] std::string health_lines(Time time) const;
   [[nodiscard]] std::string node_lines(Clock::time_point now) const;
-  void came(Time range_time, Clock::time_point now);
+  void keep(const Trajectory& trajectory);
+  void keep(const SlavingCommand& command);
+  void keep(const Integrity& record);
+  /// Has no line: health comes with the node that tells it.
+  template <class Other>
+  void keep(const Other&) {}
 
   const dds::ClockMode clock_;
   mutable std::mutex mutex_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <downrange/est/model/plot_model.hpp>
+#include <downrange/stage/catalogue.hpp>
 
 #include "stage/methods.hpp"
 
@@ -73,11 +74,9 @@ void Preflight::note(const Event& event) {
           note_report(record);
         } else if constexpr (std::is_same_v<Record, MissionEvent> || std::is_same_v<Record, OperatorCommand>) {
           ingest_.note(record);
-        } else if constexpr (std::is_same_v<Record, PlatformState> || std::is_same_v<Record, ClockGap>) {
-          // says nothing of a source
-        } else {
+        } else if constexpr (Measurements::contains<Record> || std::is_same_v<Record, Observation>) {
           note_observation(ingest_.judge(record));
-        }
+        }  // else it says nothing of a source
       },
       event);
 }

@@ -10,7 +10,7 @@
 namespace downrange::app {
 namespace {
 
-/// As many as ServiceStatusV3 holds.
+/// As many as ServiceStatusV4 holds.
 constexpr std::size_t newest_kept = 8;
 /// Far more than a flight has.
 constexpr std::size_t taken_kept = 256;

@@ -1,11 +1,12 @@
 #include "event_queue.hpp"
 
 #include <algorithm>
+#include <downrange/stage/catalogue.hpp>
 
 namespace downrange::app {
 
 EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_ring) : sources_(std::move(sources)) {
-  rings_.resize(sources_.size() + 1);
+  rings_.resize(sources_.size() + 2);
   for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_ring));
 }
 
@@ -69,7 +70,8 @@ EventQueue::Losses EventQueue::losses() const {
     const std::uint64_t dropped = rings_[i].dropped;
     losses.dropped += dropped;
     if (dropped <= losses.worst_dropped) continue;
-    losses.worst = i < sources_.size() ? std::string(sources_[i].view()) : "orders";
+    const bool of_source = i < sources_.size();
+    losses.worst = of_source ? std::string(sources_[i].view()) : i == sources_.size() ? "orders" : "others";
     losses.worst_dropped = dropped;
   }
   return losses;
@@ -77,9 +79,13 @@ EventQueue::Losses EventQueue::losses() const {
 
 EventQueue::Ring* EventQueue::ring_of(const Event& event) {
   if (std::holds_alternative<MissionEvent>(event) || std::holds_alternative<OperatorCommand>(event))
-    return &rings_.back();
+    return &rings_[sources_.size()];
   const auto known = std::ranges::find(sources_, source_of(event));
-  return known == sources_.end() ? nullptr : &rings_[static_cast<std::size_t>(known - sources_.begin())];
+  if (known != sources_.end()) return &rings_[static_cast<std::size_t>(known - sources_.begin())];
+  const bool measured = std::visit(
+      []<class Record>(const Record&) { return Measurements::contains<Record> || std::is_same_v<Record, Observation>; },
+      event);
+  return measured ? nullptr : &rings_.back();
 }
 
 EventQueue::Ring* EventQueue::oldest_locked() {

@@ -1,6 +1,7 @@
 #pragma once
-/// Between the listeners and the engine on the wall clock: one ring per source, one for the mission and the operators.
-/// Events leave in order of arrival; a source that floods loses its own oldest events only, a stranger's are refused.
+/// Between the listeners and the engine on the wall clock: one ring per source, one for the mission and the operators,
+/// one for what else comes. Events leave in order of arrival; a source that floods loses its own oldest events only, a
+/// stranger's measurements are refused.
 
 #include <chrono>
 #include <condition_variable>
@@ -18,8 +19,8 @@ class EventQueue {
   /// What did not get through, so far.
   struct Losses {
     std::uint64_t dropped = 0;        ///< pushed out of a full ring
-    std::uint64_t refused = 0;        ///< of sources that are not configured
-    std::string worst;                ///< whose ring dropped most ("orders" for mission's and operators'); empty: none
+    std::uint64_t refused = 0;        ///< measurements of sources that are not configured
+    std::string worst;                ///< whose ring dropped most ("orders", "others" as below); empty: none
     std::uint64_t worst_dropped = 0;  ///< of that ring
   };
 
@@ -54,7 +55,8 @@ class EventQueue {
   [[nodiscard]] Ring* oldest_locked();
 
   std::vector<Name> sources_;
-  std::vector<Ring> rings_;  ///< as sources_, then the mission's and operators'
+  /// As sources_; then the orders', of mission and operators; then one of whatever else comes and is no measurement.
+  std::vector<Ring> rings_;
   mutable std::mutex mutex_;
   std::condition_variable filled_;
   std::uint64_t arrivals_ = 0;

@@ -28,22 +28,51 @@ dds::ParticipantOptions participant_options(const config::ServiceConfig& config)
           range_clock ? dds::ClockMode::Range : dds::ClockMode::Wall};
 }
 
+/// Of an owned result, the keys that are to be expected: each has a writer of its own. Every owned result has one of
+/// these.
+template <class Record>
+std::vector<OwnedKey> expected_keys(const RangeConfig& range) = delete;
+
+template <>
+std::vector<OwnedKey> expected_keys<SlavingCommand>(const RangeConfig& range) {
+  std::vector<OwnedKey> keys;
+  for (const AntennaConfig& antenna : range.antennas) keys.emplace_back(antenna.id, Name{});
+  return keys;
+}
+
+template <>
+std::vector<OwnedKey> expected_keys<Integrity>(const RangeConfig& range) {
+  std::vector<OwnedKey> keys;
+  for (const TargetConfig& target : range.targets) keys.emplace_back(target.id, Name{});
+  return keys;
+}
+
+template <>
+std::vector<OwnedKey> expected_keys<Trajectory>(const RangeConfig& range) {
+  std::vector<OwnedKey> keys;
+  for (const Name& method : range.fuse.methods)
+    for (const TargetConfig& target : range.targets) keys.emplace_back(target.id, method);
+  return keys;
+}
+
+template <>
+std::vector<OwnedKey> expected_keys<SensorBias>(const RangeConfig& range) {
+  std::vector<OwnedKey> keys;
+  for (const Name& method : range.fuse.methods)
+    for (const Source& source : SourceTable(range))
+      if (source.kind != SourceKind::Telemetry) keys.emplace_back(source.name, method);
+  return keys;
+}
+
 dds::OutputOptions output_options(const config::ServiceConfig& config) {
   dds::OutputOptions options;
   options.strength = config.node.strength;
   options.observations = config.node.stages.ingest;
   options.results = config.node.stages.fuse;
-  for (const AntennaConfig& antenna : config.range.antennas)
-    options.owned_keys<SlavingCommand>().emplace_back(antenna.id, Name{});
-  for (const TargetConfig& target : config.range.targets)
-    options.owned_keys<Integrity>().emplace_back(target.id, Name{});
-  for (const Name& method : config.range.fuse.methods) {
-    for (const TargetConfig& target : config.range.targets)
-      options.owned_keys<Trajectory>().emplace_back(target.id, method);
-    for (const Source& source : SourceTable(config.range)) {
-      if (source.kind != SourceKind::Telemetry) options.owned_keys<SensorBias>().emplace_back(source.name, method);
-    }
-  }
+  Outputs::for_each([&]<class Record>() {
+    if constexpr (MessageInfo<Record>::delivery == Delivery::Owned)
+      options.owned_keys<Record>() = expected_keys<Record>(config.range);
+  });
   return options;
 }
 
@@ -309,6 +338,12 @@ void Service::publish_status() {
     status.consumed += flight_->consumed();
     status.emitted += flight_->emitted();
   }
+  const auto now = Clock::now();
+  if (const double since_s = std::chrono::duration<double>(now - reported_.at).count();
+      reported_.at != Clock::time_point{} && since_s > 0) {
+    status.consumed_per_s = static_cast<double>(status.consumed - reported_.consumed) / since_s;
+    status.emitted_per_s = static_cast<double>(status.emitted - reported_.emitted) / since_s;
+  }
   status.dropped = queue.dropped + queue.refused + read.malformed + read.lost;
   status.write_failures = written.failures;
   status.latency_us = {latency_.quantile_us(0.5), latency_.quantile_us(0.95), latency_.quantile_us(0.99),
@@ -319,6 +354,9 @@ void Service::publish_status() {
   if (flight_) status.acknowledgements = flight_->acknowledgements().newest();
   outputs_.publish(status);
   report_losses(status.dropped, queue, read, written);
+  reported_.at = now;
+  reported_.consumed = status.consumed;
+  reported_.emitted = status.emitted;
 }
 
 dds::ReadCounts Service::read_counts() const { return input_ ? input_->counts() : follower_->counts(); }
@@ -337,15 +375,14 @@ void Service::report_losses(std::uint64_t dropped, const EventQueue::Losses& que
   }
   const std::uint64_t expired = expired_before_ + (flight_ ? flight_->expired() : 0);
   if (expired != reported_.expired) spdlog::warn("commands not sent so far, for they had expired: {}", expired);
-  reported_ = {dropped, written.failures, expired};
+  reported_.dropped = dropped;
+  reported_.write_failures = written.failures;
+  reported_.expired = expired;
 }
 
 std::string Service::report_mismatches() {
   const std::vector<std::string> mismatches = participant_.mismatches();
-  for (const std::string& mismatch : mismatches) {
-    if (!reported_mismatches_.contains(mismatch)) spdlog::warn("does not match: {}", mismatch);
-  }
-  reported_mismatches_ = {mismatches.begin(), mismatches.end()};
+  for (const std::string& mismatch : new_mismatches_.among(mismatches)) spdlog::warn("does not match: {}", mismatch);
   if (mismatches.empty()) return {};
   return fmt::format("{} of others: {}", mismatches.size(), mismatches.front());
 }

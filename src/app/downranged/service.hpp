@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 
@@ -50,13 +49,16 @@ class Service {
     MiddlewareLog(const MiddlewareLog&) = delete;
     MiddlewareLog& operator=(const MiddlewareLog&) = delete;
   };
-  /// Counters as the log last told them.
+  using Clock = std::chrono::steady_clock;
+  /// As the last status had it; losses as the log last told them.
   struct Reported {
+    Clock::time_point at;
+    std::uint64_t consumed = 0;
+    std::uint64_t emitted = 0;
     std::uint64_t dropped = 0;
     std::uint64_t write_failures = 0;
     std::uint64_t expired = 0;
   };
-  using Clock = std::chrono::steady_clock;
 
   void run();
   void follow_wall_clock();
@@ -111,7 +113,7 @@ class Service {
   LatencyHistogram latency_;
   Clock::time_point next_status_;
   Reported reported_;
-  std::set<std::string> reported_mismatches_;
+  dds::NewMismatches new_mismatches_;
 
   std::atomic<bool> stop_ = false;
   std::atomic<std::uint64_t> progress_ = 0;

@@ -64,7 +64,7 @@ std::optional<std::vector<std::string>> MappingSection::texts(const std::string&
   const toml::node* node = find(key);
   if (node == nullptr) return std::nullopt;
   std::vector<std::string> found;
-  const auto take = [&](const toml::node& value) {
+  const auto add = [&](const toml::node& value) {
     if (const auto* string = value.as_string()) {
       found.push_back(string->get());
     } else if (const auto* whole = value.as_integer(); whole != nullptr && numbers) {
@@ -75,9 +75,9 @@ std::optional<std::vector<std::string>> MappingSection::texts(const std::string&
     }
   };
   if (const toml::array* list = node->as_array()) {
-    for (const toml::node& value : *list) take(value);
+    for (const toml::node& value : *list) add(value);
   } else {
-    take(*node);
+    add(*node);
   }
   return found;
 }

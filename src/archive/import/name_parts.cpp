@@ -68,7 +68,7 @@ class Parts {
     FileMapping file = mapping_;
     std::size_t at = 0;
     std::string rows;
-    const auto take = [&](std::optional<NameColumn>& column, Name& name) {
+    const auto from_its_row = [&](std::optional<NameColumn>& column, Name& name) {
       if (!column) return;
       name = names_[index][at];
       file.filters.push_back({column->column, {cells_[index][at]}, true, true});
@@ -76,9 +76,9 @@ class Parts {
       column.reset();
       ++at;
     };
-    take(file.source_column, file.source);
-    take(file.receiver_column, file.receiver);
-    take(file.target_column, file.target);
+    from_its_row(file.source_column, file.source);
+    from_its_row(file.receiver_column, file.receiver);
+    from_its_row(file.target_column, file.target);
     file.first_of_names = index == 0;
     parts_.files.push_back(std::move(file));
     parts_.rows.push_back(rows);

@@ -14,7 +14,7 @@ constexpr std::int64_t day_s = 86'400;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Takes a text apart from its front; each taker leaves the text alone where it does not fit.
+/// Takes a text apart from its front; each function leaves the text alone where it does not fit.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : text_(text) {}
@@ -22,7 +22,7 @@ class Scanner {
   [[nodiscard]] bool empty() const { return text_.empty(); }
   [[nodiscard]] std::string_view rest() const { return text_; }
 
-  bool take(std::string_view expected) {
+  bool skip(std::string_view expected) {
     if (!text_.starts_with(expected)) return false;
     text_.remove_prefix(expected.size());
     return true;
@@ -47,7 +47,7 @@ class Scanner {
   }
   /// ".050" or ",050" in nanoseconds, to the nearest; 0 where there is none.
   std::optional<std::int64_t> fraction_ns() {
-    if (!take(".") && !take(",")) return 0;
+    if (!skip(".") && !skip(",")) return 0;
     std::int64_t ns = 0;
     int places = 0;
     bool up = false;
@@ -69,9 +69,9 @@ class Scanner {
 /// second hh:59:60 are instants too.
 std::optional<std::int64_t> clock_of(Scanner& scan, int last_hour, bool colons = true) {
   const auto hour = colons ? scan.number(1, 4) : scan.digits(2);
-  if (!hour || (colons && !scan.take(":"))) return std::nullopt;
+  if (!hour || (colons && !scan.skip(":"))) return std::nullopt;
   const auto minute = colons ? scan.number(2, 2) : scan.digits(2);
-  if (!minute || (colons && !scan.take(":"))) return std::nullopt;
+  if (!minute || (colons && !scan.skip(":"))) return std::nullopt;
   const auto second = colons ? scan.number(2, 2) : scan.digits(2);
   const auto fraction = second ? scan.fraction_ns() : std::nullopt;
   if (!fraction || *minute > 59 || *second > (*minute == 59 ? 60 : 59)) return std::nullopt;
@@ -97,7 +97,7 @@ std::optional<std::int64_t> days_of(int year, int day_of_year) {
 /// A date, and what separates it from the time of day. In days since 1970.
 std::optional<std::int64_t> date_of(Scanner& scan) {
   Scanner basic = scan;  // 20250304T
-  if (const auto digits = basic.number(8, 8); digits && basic.take("T")) {
+  if (const auto digits = basic.number(8, 8); digits && basic.skip("T")) {
     scan = basic;
     return days_of(*digits / 10'000, *digits / 100 % 100, *digits % 100);
   }
@@ -105,24 +105,24 @@ std::optional<std::int64_t> date_of(Scanner& scan) {
   if (!year) return std::nullopt;
   const std::string_view mark = scan.rest().substr(0, 1);
   if (mark != "-" && mark != "/" && mark != ":" && mark != ".") return std::nullopt;
-  scan.take(mark);
+  scan.skip(mark);
   const Scanner after_year = scan;
   if (const auto day = scan.number(3, 3)) {
-    if (scan.take("T") || scan.take(" ") || scan.take(":") || scan.take("/") || scan.take("-")) {
+    if (scan.skip("T") || scan.skip(" ") || scan.skip(":") || scan.skip("/") || scan.skip("-")) {
       return days_of(*year, *day);
     }
   }
   scan = after_year;
   const auto month = scan.number(1, 2);
-  if (!month || mark == ":" || !scan.take(mark)) return std::nullopt;
+  if (!month || mark == ":" || !scan.skip(mark)) return std::nullopt;
   const auto day = scan.number(1, 2);
-  if (!day || !(scan.take("T") || scan.take("t") || scan.take(" ") || scan.take("_"))) return std::nullopt;
+  if (!day || !(scan.skip("T") || scan.skip("t") || scan.skip(" ") || scan.skip("_"))) return std::nullopt;
   return days_of(*year, *month, *day);
 }
 
 /// What stands between a date and a time of day.
 bool take_date_end(Scanner& scan) {
-  return scan.take("T") || scan.take("t") || scan.take(", ") || scan.take(" ") || scan.take("_") || scan.take(":");
+  return scan.skip("T") || scan.skip("t") || scan.skip(", ") || scan.skip(" ") || scan.skip("_") || scan.skip(":");
 }
 
 /// The month of an English name, from three letters on.
@@ -137,7 +137,7 @@ std::optional<int> month_of(Scanner& scan) {
   }
   for (std::size_t i = 0; i < names.size() && word.size() >= 3; ++i) {
     if (!names[i].starts_with(word)) continue;
-    scan.take(rest.substr(0, word.size()));
+    scan.skip(rest.substr(0, word.size()));
     return static_cast<int>(i) + 1;
   }
   return std::nullopt;
@@ -145,7 +145,7 @@ std::optional<int> month_of(Scanner& scan) {
 
 /// "4-Mar-2025", "04MAR2025", "Mar 4, 2025". In days since 1970.
 std::optional<std::int64_t> named_date_of(Scanner& scan) {
-  const auto skip_marks = [&] { return scan.take(", ") || scan.take("-") || scan.take(" ") || scan.take("/"); };
+  const auto skip_marks = [&] { return scan.skip(", ") || scan.skip("-") || scan.skip(" ") || scan.skip("/"); };
   auto month = month_of(scan);
   const bool day_first = !month;
   if (month) skip_marks();
@@ -165,9 +165,9 @@ std::optional<std::int64_t> ordered_date_of(Scanner& scan, DateOrder order) {
   const auto first = scan.number(1, 2);
   const std::string_view mark = scan.rest().substr(0, 1);
   if (!first || (mark != "-" && mark != "/" && mark != ".")) return std::nullopt;
-  scan.take(mark);
+  scan.skip(mark);
   const auto second = scan.number(1, 2);
-  const auto year = second && scan.take(mark) ? scan.number(4, 4) : std::nullopt;
+  const auto year = second && scan.skip(mark) ? scan.number(4, 4) : std::nullopt;
   if (!year || !take_date_end(scan)) return std::nullopt;
   const bool day_first = order == DateOrder::DayFirst;
   return days_of(*year, day_first ? *second : *first, day_first ? *first : *second);
@@ -187,8 +187,8 @@ std::optional<std::int64_t> any_date_of(Scanner& scan, DateOrder order) {
 std::optional<std::int64_t> half_day_of(Scanner& scan, std::int64_t clock_ns) {
   constexpr std::int64_t hour_ns = 3600 * second_ns;
   scan.skip_blanks();
-  const bool morning = scan.take("AM") || scan.take("am");
-  if (!morning && !scan.take("PM") && !scan.take("pm")) return 0;
+  const bool morning = scan.skip("AM") || scan.skip("am");
+  if (!morning && !scan.skip("PM") && !scan.skip("pm")) return 0;
   const std::int64_t hour = clock_ns / hour_ns;
   if (hour < 1 || hour > 12) return std::nullopt;
   if (hour == 12) return morning ? -12 * hour_ns : 0;
@@ -207,10 +207,10 @@ std::optional<Zone> zone_of(Scanner& scan) {
   for (const std::string_view name : {"Z", "z", "UTC", "GMT"}) {
     if (scan.rest() == name) return Zone{true, 0};
   }
-  const bool west = scan.take("-") || scan.take("\u2212");
-  if (!west && !scan.take("+")) return std::nullopt;
+  const bool west = scan.skip("-") || scan.skip("\u2212");
+  if (!west && !scan.skip("+")) return std::nullopt;
   const auto hours = scan.digits(2);
-  scan.take(":");
+  scan.skip(":");
   const auto minutes = scan.empty() ? std::optional<int>(0) : scan.digits(2);
   if (!hours || !minutes || !scan.empty() || *hours > 18 || *minutes > 59) return std::nullopt;
   const std::int64_t offset = (*hours * std::int64_t{60} + *minutes) * 60 * second_ns;
@@ -233,7 +233,7 @@ std::optional<ClockTime> instant_of(std::string_view text, DateOrder order) {
 std::optional<ClockTime> day_of_year_of(std::string_view text) {
   Scanner scan(text);
   const auto day = scan.number(3, 3);
-  if (!day || *day < 1 || *day > 366 || !(scan.take(":") || scan.take(" "))) return std::nullopt;
+  if (!day || *day < 1 || *day > 366 || !(scan.skip(":") || scan.skip(" "))) return std::nullopt;
   const auto clock = clock_of(scan, 23);
   const auto zone = clock ? zone_of(scan) : std::nullopt;
   if (!zone || zone->offset_ns != 0) return std::nullopt;
@@ -242,21 +242,21 @@ std::optional<ClockTime> day_of_year_of(std::string_view text) {
 
 std::optional<ClockTime> hours_of(std::string_view text) {
   Scanner scan(text);
-  const bool negative = scan.take("-") || scan.take("\u2212");
-  if (!negative) scan.take("+");
+  const bool negative = scan.skip("-") || scan.skip("\u2212");
+  if (!negative) scan.skip("+");
   const auto clock = clock_of(scan, 9999);
   const auto half_day = clock ? half_day_of(scan, *clock) : std::nullopt;
   if (!half_day) return std::nullopt;
   // A Z says that it is a time of day, which its shape alone does not.
-  if (!scan.empty() && (negative || !scan.take("Z") || !scan.empty())) return std::nullopt;
+  if (!scan.empty() && (negative || !scan.skip("Z") || !scan.empty())) return std::nullopt;
   return ClockTime{ClockShape::Hours, (negative ? -*clock : *clock) + *half_day, false};
 }
 
 std::optional<ClockTime> countdown_of(std::string_view text) {
   Scanner scan(text);
-  if (!scan.take("T") && !scan.take("t")) return std::nullopt;
-  const bool before = scan.take("-") || scan.take("\u2212");
-  if (!before && !scan.take("+")) return std::nullopt;
+  if (!scan.skip("T") && !scan.skip("t")) return std::nullopt;
+  const bool before = scan.skip("-") || scan.skip("\u2212");
+  if (!before && !scan.skip("+")) return std::nullopt;
   Scanner seconds = scan;
   std::optional<std::int64_t> ns;
   if (const auto whole = seconds.number(1, 7)) {

@@ -38,6 +38,7 @@ constexpr MethodCapabilities of_schmidt = [] {
   MethodCapabilities c = many_states;
   c.kinematics &= ~MethodCapabilities::bit_of(Kinematics::Vdie);
   c.smoothed_gps = true;
+  c.white_jerk = true;
   return c;
 }();
 
@@ -49,7 +50,7 @@ constexpr NamedMethod own_methods[] = {
      [](const MethodSettings& s) {
        return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      },
-     {.partial_plots = true, .bias_blocks = true, .range_rate = true, .adaptive_noise = true}},
+     {.partial_plots = true, .bias_blocks = true, .range_rate = true, .adaptive_noise = true, .white_jerk = true}},
     {"song2015",
      [](const MethodSettings& s) { return rewound(Song2015(s, true)); },
      {.smoothed_gps = true, .batch = true}},

@@ -108,7 +108,7 @@ std::optional<TrackEstimate> Song2015::fused(const State& state, int target, std
   if (!track.started) return std::nullopt;
   TrackEstimate e =
       estimate_at(track.current, track.epoch, at.value_or(track.epoch), settings().cartesian_fusion.q_m2_s3);
-  e.sources = Arbitration::recent_radars(state.align.lives[static_cast<std::size_t>(target)], track.epoch);
+  e.sources = Arbitration::recent_sources(state.align.lives[static_cast<std::size_t>(target)], track.epoch);
   e.nis = track.nis;
   e.nis_dof = 3;
   return e;

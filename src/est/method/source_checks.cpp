@@ -62,14 +62,6 @@ bool is_frozen(LastFix& last, const Measurement& m, const TrackVelocity& track) 
   return in_flight || (fix.velocity_valid && moves(stated)) || moves(track) || moves(last.track);
 }
 
-std::uint64_t recent_sources(std::span<const Time> contributed, Time now) {
-  std::uint64_t mask = 0;
-  for (std::size_t i = 0; i < contributed.size(); ++i) {
-    if (now - contributed[i] <= milliseconds(1000)) mask |= std::uint64_t{1} << i;
-  }
-  return mask;
-}
-
 MethodSettings with_wander_as_states(MethodSettings settings) {
   settings.radars = with_wander_as_states(std::move(settings.radars));
   return settings;

@@ -45,6 +45,7 @@ bool BiasOpening::open(Time now, int reopen_after) {
 
 Arbitration::Arbitration(const MethodSettings& settings)
     : radars_(settings.radars),
+      stations_(settings.stations),
       restart_after_(settings.arbitration.restart_after),
       reopen_after_(settings.arbitration.reopen_after),
       gps_max_age_(settings.gps.max_age),
@@ -55,6 +56,7 @@ Arbitration::Arbitration(const MethodSettings& settings)
 TargetLife Arbitration::unborn() const {
   TargetLife life;
   life.radars.resize(radars_.size());
+  life.stations.resize(static_cast<std::size_t>(stations_), never);
   return life;
 }
 
@@ -67,6 +69,7 @@ void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
     receiver.heard = m.epoch;
     receiver.accepted = {.epoch = m.epoch, .fix = fix_of(m)};
     receiver.refused_count = 0;
+    life.stations[static_cast<std::size_t>(m.source) - life.radars.size()] = m.epoch;
     return;
   }
   RadarLife& radar = life.radars[static_cast<std::size_t>(m.source)];
@@ -199,6 +202,14 @@ std::uint64_t Arbitration::recent_radars(const TargetLife& life, Time now) {
   std::uint64_t mask = 0;
   for (std::size_t i = 0; i < life.radars.size(); ++i) {
     if (now - life.radars[i].accepted.epoch <= recent) mask |= std::uint64_t{1} << i;
+  }
+  return mask;
+}
+
+std::uint64_t Arbitration::recent_sources(const TargetLife& life, Time now) {
+  std::uint64_t mask = recent_radars(life, now);
+  for (std::size_t i = 0; i < life.stations.size() && life.radars.size() + i < 64; ++i) {
+    if (now - life.stations[i] <= recent) mask |= std::uint64_t{1} << (life.radars.size() + i);
   }
   return mask;
 }

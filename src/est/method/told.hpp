@@ -81,7 +81,7 @@ template <class Target>
   const Gaussian<9> x = combined_motion(target.bank, models, motion_at, (e.epoch - target.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
-  e.sources = Arbitration::recent_radars(target.life, target.data_epoch);
+  e.sources = Arbitration::recent_sources(target.life, target.data_epoch);
   e.nis = target.nis;
   e.nis_dof = target.nis_dof;
   return e;

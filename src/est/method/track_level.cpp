@@ -133,8 +133,7 @@ std::optional<TrackEstimate> TrackLevel<Rule>::fused(const State& state, int tar
   const Target& t = state.targets[static_cast<std::size_t>(target)];
   if (!t.started) return std::nullopt;
   TrackEstimate e = estimate_at(t.fused, t.data_epoch, at.value_or(t.data_epoch), settings().cartesian_fusion.q_m2_s3);
-  const std::uint64_t tracks = recent_sources(t.contributed, t.data_epoch);
-  for (std::size_t i = 0; i < radar_of_.size(); ++i) e.sources |= (tracks >> i & 1) << radar_of_[i];
+  e.sources = Arbitration::recent_sources(state.align.lives[static_cast<std::size_t>(target)], t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = 3;
   return e;

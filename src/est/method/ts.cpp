@@ -359,7 +359,7 @@ std::optional<TrackEstimate> Ts<N>::fused(const State& state, int target, std::o
       motion_, {now.mean.template head<9>(), now.cov.template topLeftCorner<9, 9>()}, (e.epoch - t.epoch).seconds());
   e.mean = x.mean;
   e.cov = x.cov;
-  e.sources = Arbitration::recent_radars(t.life, t.data_epoch);
+  e.sources = Arbitration::recent_sources(t.life, t.data_epoch);
   e.nis = t.nis;
   e.nis_dof = t.nis_dof;
   return e;

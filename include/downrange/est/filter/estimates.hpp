@@ -16,7 +16,7 @@ struct TrackEstimate {
   int size = 6;     ///< 6: position, velocity; 9: and acceleration
   Vec<9> mean = Vec<9>::Zero();
   Mat<9, 9> cov = Mat<9, 9>::Zero();
-  std::uint64_t sources = 0;  ///< bit i: radar i contributed within the last second before data_epoch
+  std::uint64_t sources = 0;  ///< bit i: source i contributed within the last second before data_epoch
   double nis = 0;             ///< of the newest measurement
   int nis_dof = 0;
 };

@@ -71,6 +71,7 @@ struct MethodCapabilities {
   bool wander = false;          ///< has states for a mount's wander
   bool range_rate = false;      ///< uses it
   bool adaptive_noise = false;  ///< learns the scale of each source's noise
+  bool white_jerk = false;      ///< moves its targets or its GPS track with white jerk, whatever fuse.kinematics names
   bool batch = false;           ///< fuses the plots of fuse.batch_ms at once
 
   [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {

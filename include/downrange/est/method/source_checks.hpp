@@ -43,9 +43,6 @@ struct LastFix {
 [[nodiscard]] Gaussian<9> first_motion(const Measurement& m, const MethodSettings& settings,
                                        const Vec<bias_term_count>& bias);
 
-/// Bit i: source i contributed (newest accepted measurement in `contributed`) within the last second before `now`.
-[[nodiscard]] std::uint64_t recent_sources(std::span<const Time> contributed, Time now);
-
 /// The same with its radars as a method sees them that has states of wander (model/slow_pointing.hpp).
 [[nodiscard]] MethodSettings with_wander_as_states(MethodSettings settings);
 

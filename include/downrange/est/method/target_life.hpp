@@ -69,12 +69,13 @@ struct ReceiverLife {
   Time agreeing_since = never;        ///< since when each rejected fix agrees with the one before it
 };
 
-/// A value: part of a method's checkpoint. Assigning one to another of as many radars allocates nothing.
+/// A value: part of a method's checkpoint. Assigning one to another of as many sources allocates nothing.
 struct TargetLife {
   Time accepted = never;  ///< newest accepted measurement of any source
   Refusals refused;       ///< of any source, since then
   ReceiverLife receiver;
   std::vector<RadarLife> radars;
+  std::vector<Time> stations;  ///< newest accepted fix that each relayed
 };
 
 /// What a rejected measurement leads to.
@@ -132,6 +133,9 @@ class Arbitration {
   [[nodiscard]] bool alone_against_gps(TargetLife& life, const Measurement& plot, bool refused_by_gps) const;
   /// Radars that had a plot accepted within the last second before `now`, a bit each.
   [[nodiscard]] static std::uint64_t recent_radars(const TargetLife& life, Time now);
+  /// These and, behind them, the stations that relayed an accepted fix within that second: by source id, those from 64
+  /// on left out.
+  [[nodiscard]] static std::uint64_t recent_sources(const TargetLife& life, Time now);
 
   /// Of these, all but the plot's own.
   [[nodiscard]] static std::uint64_t other_radars(const TargetLife& life, const Measurement& plot) {
@@ -180,6 +184,7 @@ class Arbitration {
   [[nodiscard]] Vec<9> motion_of(const Fix& fix, const Vec<9>& track) const;
 
   std::vector<RadarModel> radars_;
+  int stations_;
   Duration restart_after_;
   int reopen_after_;
   Duration gps_max_age_;
