@@ -24,8 +24,7 @@ constexpr int most_radars = 64;
 /// `change(window)` of every sensor: when it measures.
 template <class Change>
 void for_each_window(Scenario& scenario, const Change& change) {
-  for (RadarScenario& radar : scenario.radars) change(radar.track);
-  for (RadarScenario& sensor : scenario.angle_sensors) change(sensor.track);
+  for_each_tracking_sensor(scenario, [&](RadarScenario& sensor) { change(sensor.track); });
   change(scenario.gps.active);
 }
 
@@ -313,9 +312,16 @@ Scenario flown_as(Scenario scenario, const FlightVariant& variant, const RangeCo
   }
   if (variant.end_s) end_at(scenario, *variant.end_s);
   for (const auto& [word, from_s] : variant.track_from_s)
-    for (const Name& name : sources_meant({word}, range, "flight " + variant.name))
-      for (RadarScenario& radar : scenario.radars)
-        if (radar.id == name) radar.track.first = from_s;
+    for (const Name& name : sources_meant({word}, range, "flight " + variant.name)) {
+      bool tracks = false;
+      for_each_tracking_sensor(scenario, [&](RadarScenario& sensor) {
+        if (sensor.id != name) return;
+        sensor.track.first = from_s;
+        tracks = true;
+      });
+      if (!tracks)
+        throw ScenarioError("flight " + variant.name + ": \"" + word + "\" is no radar and no tracker of the scenario");
+    }
   if (variant.cutoff_s) {
     std::erase_if(scenario.profile.burns, [&](const Burn& burn) { return burn.from_s >= *variant.cutoff_s; });
     for (Burn& burn : scenario.profile.burns) burn.to_s = std::min(burn.to_s, *variant.cutoff_s);

@@ -41,20 +41,20 @@ std::string_view word_of(SourceKind kind) {
 
 /// Which sources of `kind` the word means; nothing: it is no pattern.
 std::optional<std::vector<Name>> meant_by_pattern(const std::string& word, const SourceTable& sources) {
-  std::vector<Name> names;
-  const auto take = [&](auto&& wanted) {
+  const auto names_where = [&](auto&& wanted) {
+    std::vector<Name> names;
     for (const Source& source : sources)
       if (wanted(source.kind)) names.push_back(source.name);
     return names;
   };
-  if (word == "all") return take([](SourceKind) { return true; });
-  if (word == "gps") return take([](SourceKind kind) { return kind == SourceKind::Telemetry; });
-  if (word == "radars") return take([](SourceKind kind) { return kind == SourceKind::Radar; });
-  if (word == "trackers") return take([](SourceKind kind) { return kind == SourceKind::AngleSensor; });
+  if (word == "all") return names_where([](SourceKind) { return true; });
+  if (word == "gps") return names_where([](SourceKind kind) { return kind == SourceKind::Telemetry; });
+  if (word == "radars") return names_where([](SourceKind kind) { return kind == SourceKind::Radar; });
+  if (word == "trackers") return names_where([](SourceKind kind) { return kind == SourceKind::AngleSensor; });
   for (const SourceKind kind : {SourceKind::Radar, SourceKind::AngleSensor, SourceKind::Telemetry}) {
     const auto n = number_behind(word, word_of(kind));
     if (!n) continue;
-    take([kind](SourceKind k) { return k == kind; });
+    const std::vector<Name> names = names_where([kind](SourceKind k) { return k == kind; });
     if (*n > names.size()) return std::vector<Name>{};
     return std::vector<Name>{names[*n - 1]};
   }

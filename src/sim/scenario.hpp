@@ -121,6 +121,13 @@ struct Scenario {
   std::vector<StationScenario> stations;
 };
 
+/// `visit(sensor)` of every radar and every angles-only tracker.
+template <class Visit>
+void for_each_tracking_sensor(Scenario& scenario, const Visit& visit) {
+  for (RadarScenario& radar : scenario.radars) visit(radar);
+  for (RadarScenario& sensor : scenario.angle_sensors) visit(sensor);
+}
+
 /// Reads a scenario file for a range: sites, and the noise, rate and limits of a radar where the file does not give
 /// them, come from the range. Throws ScenarioError (file, line, key, what is allowed).
 [[nodiscard]] Scenario load_scenario(const std::filesystem::path& file, const RangeConfig& range);

@@ -131,7 +131,7 @@ TEST_F(FaultFile, APlotAndAFixAreDisplacedToTheSamePlace) {
   const std::string how = "east_m = 300\ndrift_up_m_s = 10\n";
   const Injected radar = play_action("kind = \"displace\"\nsources = [\"goheung\"]\n" + how);
   const Injected gps = play_action("kind = \"displace\"\nsources = [\"gps\"]\n" + how);
-  const Site& site = small_range().radars[0].site;
+  const Site site = small_range().radars[0].site;
   const RadarTspi plot = all_of<RadarTspi>(radar.events, "goheung")[50];
   const GpsFix fix = all_of<GpsFix>(gps.events, "jeju-tgs")[50];
   const Position<Ecef> seen = site.ecef_of(enu_from_polar(plot.measured));
@@ -365,6 +365,21 @@ TEST(FlownAs, AnEarlierStartHoldsForWhoWasThereFromTheStart) {
   end_at(shorter, 60);
   EXPECT_EQ(shorter.radars[0].track.second, 60);
   EXPECT_EQ(shorter.end_s, 60);
+}
+
+TEST(FlownAs, ATrackerMayBeginLaterToo) {
+  RangeConfig range = small_range();
+  AngleSensorConfig optical;
+  optical.id = "optical";
+  range.angle_sensors.push_back(optical);
+  Scenario scenario;
+  RadarScenario tracker;
+  tracker.id = Name("optical");
+  tracker.track = {0, 100};
+  scenario.angle_sensors.push_back(tracker);
+  const Scenario flown = flown_as(scenario, {.name = "v", .track_from_s = {{"tracker:1", 20.0}}}, range);
+  EXPECT_EQ(flown.angle_sensors[0].track.first, 20);
+  EXPECT_THROW((void)flown_as(scenario, {.name = "v", .track_from_s = {{"gps", 20.0}}}, range), ScenarioError);
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-#include <archive/lasting_writer.hpp>
 #include <iostream>
 #include <mutex>
 
 #include "dds/inputs.hpp"
 #include "dds/outputs.hpp"
 #include "flight.hpp"
+#include "live_recording.hpp"
 #include "pace.hpp"
 
 namespace downrange::app {
@@ -23,10 +23,7 @@ int record(const Options& o) {
     throw std::runtime_error(
         "record writes what arrives live, on the wall clock; a run on the range clock is recorded by "
         "its nodes ([archive]) and by watch --record");
-  archive::LastingWriter archive(o.out, {}, [&](archive::Writer& writer, const std::filesystem::path& continues) {
-    writer.attach("config.toml", "application/toml", config.text);
-    if (!continues.empty()) writer.metadata("downrange", {{"continues", continues.string()}});
-  });
+  LiveRecording recording(o.out, {}, config.text);
   std::mutex mutex;  // the middleware calls back from several threads
   std::uint64_t events = 0;
   Time newest{};
@@ -39,7 +36,7 @@ int record(const Options& o) {
     // An archive is in order of `received`; callbacks of two topics may come out of order by microseconds.
     if (received_of(event) < newest) set_received(event, newest);
     newest = received_of(event);
-    archive.writer().write(event);
+    recording.write(event);
     ++events;
   });
   std::cerr << "recording domain " << config.dds.domain << " to " << o.out << "; Ctrl-C ends\n";
@@ -48,21 +45,14 @@ int record(const Options& o) {
     return o.duration_s &&
            std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >= *o.duration_s;
   };
-  auto next_look = started;
-  while (!over() && !stop.wait_for(std::chrono::milliseconds(200))) {
-    const std::scoped_lock lock(mutex);
-    if (archive.writer().failed()) break;
-    if (std::chrono::steady_clock::now() < next_look) continue;
-    next_look = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-    if (const auto event = archive.look()) std::cerr << "downrange: " << *event << '\n';
+  dds::NewMismatches mismatches;
+  while (!over() && !stop.wait_for(std::chrono::milliseconds(200)) && recording.look_after()) {
+    for (const std::string& mismatch : mismatches.among(participant.mismatches()))
+      std::cerr << "does not match: " << mismatch << '\n';
   }
   const auto counts = reader->counts();
   reader.reset();
-  if (!archive.writer().in_place()) {
-    std::cerr << "downrange: " << archive.path().string() << " was removed or replaced: what it held is lost\n";
-    return exit_failed;
-  }
-  const int code = close_archive(archive.writer(), archive.path().string());
+  const int code = recording.close();
   std::cerr << events << " messages recorded";
   if (counts.lost + counts.malformed > 0)
     std::cerr << ", " << counts.lost << " lost, " << counts.malformed << " malformed";

@@ -1,6 +1,4 @@
-#include <archive/writer.hpp>
 #include <iostream>
-#include <mutex>
 #include <string>
 
 #include <unistd.h>
@@ -9,6 +7,7 @@
 #include "board.hpp"
 #include "dds/outputs.hpp"
 #include "flight.hpp"
+#include "live_recording.hpp"
 #include "pace.hpp"
 
 namespace downrange::app {
@@ -25,7 +24,7 @@ struct Options {
 /// Results into the board, and into the recording where there is one, from any thread.
 class Consumer {
  public:
-  Consumer(Board& board, archive::Writer* recording) : board_(board), recording_(recording) {}
+  Consumer(Board& board, LiveRecording* recording) : board_(board), recording_(recording) {}
 
   void add(const Result& result) {
     board_.add(result, Board::Clock::now());
@@ -38,39 +37,39 @@ class Consumer {
 
  private:
   void record(const Result& result) {
-    if (recording_ == nullptr) return;
-    const std::scoped_lock lock(mutex_);
-    recording_->write(result);
+    if (recording_ != nullptr) recording_->write(result);
   }
 
   Board& board_;
-  archive::Writer* recording_;
-  std::mutex mutex_;  ///< one topic one thread, several topics several
+  LiveRecording* recording_;
 };
 
 int watch(const Options& o) {
   const StopSignal stop;
   const config::ServiceConfig config = o.dds.load();
   o.files.check({o.record}, {o.dds.config});
-  std::optional<archive::Writer> writer;
-  if (!o.record.empty()) writer.emplace(o.record, archive::WriterOptions{.overwrite = o.files.overwrite(o.record)});
+  std::optional<LiveRecording> recording;
+  if (!o.record.empty())
+    recording.emplace(o.record, archive::WriterOptions{.overwrite = o.files.overwrite(o.record)}, config.text);
 
   dds::Participant participant(participant_options(config, "downrange-watch"));
   Board board(participant.clock());
-  Consumer consumer(board, writer ? &*writer : nullptr);
+  Consumer consumer(board, recording ? &*recording : nullptr);
   const bool screen = !o.plain && isatty(STDOUT_FILENO) != 0;
   {
     const dds::OutputReaders readers(
-        participant, {.lossless = writer.has_value()},
+        participant, {.lossless = recording.has_value()},
         {.result = [&](const Result& r) { consumer.add(r); },
          .status = [&](const dds::ServiceStatus& s) { board.add(s, Board::Clock::now()); },
          .health = [&](const SourceHealth& h, const Name& node) { consumer.add(h, node); }});
     const auto period = std::chrono::milliseconds(screen ? 200 : 1000);
     while (!stop.wait_for(period)) {
       if (o.idle_s && board.idle_for(*o.idle_s, Board::Clock::now())) break;
-      if (writer && writer->failed()) break;
+      if (recording && !recording->look_after()) break;
       if (screen) std::cout << "\033[H\033[J";
-      std::cout << board.lines(Board::Clock::now(), utc_now()) << std::flush;
+      std::cout << board.lines(Board::Clock::now(), utc_now());
+      for (const std::string& mismatch : participant.mismatches()) std::cout << "does not match: " << mismatch << '\n';
+      std::cout << std::flush;
       if (!screen) std::cout << '\n';
     }
     const auto counts = readers.counts();
@@ -79,9 +78,7 @@ int watch(const Options& o) {
                 << " writers with unsuitable QoS\n";
   }
   std::cerr << board.commands() << " slaving commands received\n";
-  if (!writer) return exit_ok;
-  writer->metadata("status", board.status_metadata());
-  return close_archive(*writer, o.record);
+  return recording ? recording->close(board.status_metadata()) : exit_ok;
 }
 
 }  // namespace
