@@ -57,20 +57,16 @@ profiles=$prefix/share/downrange/config/dds-qos.xml
 pids+=($!)
 "$work/examples/radar_sender" $domain goheung kslv "$profiles" 12 >"$work/radar.log" 2>&1 &
 pids+=($!)
-clients=(antenna_fastdds)
 "$work/examples/antenna_fastdds" $domain goheung-tm "$profiles" 18 >"$work/antenna_fastdds.log" 2>&1 &
 pids+=($!)
-if [ -x "$work/examples/antenna_cyclonedds" ]; then
-  clients+=(antenna_cyclonedds)
-  "$work/examples/antenna_cyclonedds" $domain goheung-tm 18 >"$work/antenna_cyclonedds.log" 2>&1 &
-  pids+=($!)
-fi
+"$work/examples/antenna_cyclonedds" $domain goheung-tm 18 >"$work/antenna_cyclonedds.log" 2>&1 &
+pids+=($!)
 for pid in "${pids[@]:1}"; do
   wait "$pid" || { tail -n 5 "$work"/{service,radar,antenna_*}.log && echo "FAILED: a program of tools/examples ended with an error" && exit 1; }
 done
 kill -TERM "${pids[0]}" && wait "${pids[0]}"
 pids=()
-for client in "${clients[@]}"; do
+for client in antenna_fastdds antenna_cyclonedds; do
   expect '^azimuth +[0-9.]+ deg, elevation +[0-9.]+ deg' "$work/$client.log"
   expect '^no valid command: standing still' "$work/$client.log" # the radar ends first
 done
