@@ -196,6 +196,14 @@ wait "$recording"
 expect 0 "recording goes on in $work/taken-2.mcap" cat "$work/record.log"
 [ -s "$work/taken-2.mcap" ] || failures=$((failures + 1))
 
+"$downrange" watch "$naro" --domain 229 --plain --idle 4 --record "$work/seen.mcap" > /dev/null 2> "$work/watch.log" &
+watching=$!
+until [ -e "$work/seen.mcap" ]; do sleep 0.1; done
+rm "$work/seen.mcap"
+wait "$watching"
+expect 0 "recording goes on in $work/seen-2.mcap" cat "$work/watch.log"
+[ -s "$work/seen-2.mcap" ] || failures=$((failures + 1))
+
 # A screen on a range that is silent from the start ends when told to.
 expect 0 "nothing received yet" timeout 60 "$downrange" watch "$naro" --domain 229 --plain --idle 1.5
 

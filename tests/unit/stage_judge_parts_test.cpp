@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <downrange/est/model/plot_model.hpp>
 #include <vector>
 
 #include "../support/small_range.hpp"
@@ -242,6 +244,48 @@ struct Two {
   Sample receiver_sample;
   Threshold threshold;
 };
+
+TEST(Witness, AMountWandersAsTheMethodsHaveItUntilAReceiverIsHeard) {
+  RangeConfig range = test::small_range();
+  range.radars[1].wander = {.sigma_rad = 0.05 * deg, .tau_s = 10};  // more than the methods allow without GPS
+  const PointingWander without_gps = range.align.gps.no_gps.wander;
+  ASSERT_GT(without_gps.sigma_rad, range.radars[0].wander.sigma_rad);
+  std::vector<Witness> all = witnesses_of(range, 1);
+  EXPECT_EQ(all[0].model.wander.sigma_rad, without_gps.sigma_rad);
+  EXPECT_EQ(all[0].slow_tau_s, without_gps.tau_s);
+  EXPECT_EQ(all[1].model.wander.sigma_rad, range.radars[1].wander.sigma_rad);
+  for (Witness& w : all) w.receiver_is_heard();
+  EXPECT_EQ(all[0].model.wander.sigma_rad, range.radars[0].wander.sigma_rad);
+  EXPECT_EQ(all[0].slow_tau_s, range.radars[0].wander.tau_s);
+
+  range.align.gps.no_gps.enabled = false;
+  EXPECT_EQ(witnesses_of(range, 1)[0].model.wander.sigma_rad, range.radars[0].wander.sigma_rad);
+}
+
+/// A target that crosses north in half a second, 40 km from a radar whose place is certain and whose azimuth's scale is
+/// not: the step of 2 pi times the scale is no break with its past, ten times as much is.
+TEST(OwnPast, CrossingNorthIsNoBreak) {
+  RangeConfig range = test::small_range();
+  range.radars[0].bias.blocks = {BiasBlock::Polar};
+  const Witness radar = witnesses_of(range, 1)[0];
+  const double scale = 2 * std::sqrt(radar.prior.cov(static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth),
+                                                     static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth)));
+  const auto seen = [&](double east_m, double scale_of_azimuth) {
+    Sample s;
+    s.epoch = liftoff + seconds(60 + east_m / 1000);
+    s.measurements = 5;
+    s.motion.head<3>() = radar.model.site.ecef_of(Displacement<Enu>{{east_m, 40'000, 20'000}}).m;
+    s.motion.segment<3>(3) = radar.model.site.R_enu_ecef().R.transpose() * Vec<3>(1000, 0, 0);
+    BiasVector bias = BiasVector::Zero();
+    bias[static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth)] = scale_of_azimuth;
+    s.z = predict_plot(radar.model, s.motion, bias).q;
+    return s;
+  };
+  const Threshold threshold;
+  EXPECT_LT(own_jump(radar, seen(-250, scale), seen(250, scale), threshold).ratio, 0.5);
+  EXPECT_GT(own_jump(radar, seen(-250, 10 * scale), seen(250, 10 * scale), threshold).ratio, 1);
+  EXPECT_GT(own_jump(radar, seen(1000, 0), seen(1500, scale), threshold).ratio, 1) << "a step without a crossing";
+}
 
 TEST(CoarseTest, AgreesWithinThePriorsAndSeesASign) {
   Two two;

@@ -218,12 +218,13 @@ std::string Board::node_lines(Clock::time_point now) const {
   for (const auto& [node, heard] : nodes_) {
     const auto& s = heard.status;
     const double age_s = std::chrono::duration<double>(now - heard.at).count();
+    const std::string role(role_of(s.stages));
     char silent[40];
     std::snprintf(silent, sizeof silent, "SILENT %.0f s", age_s);
     std::snprintf(
         line, sizeof line,
         "node %-12s %-6s %s  queue %u  in %llu (%.0f /s)  out %llu (%.0f /s)  99 %% within %.0f us  archive %s\n",
-        node.c_str(), role_of(s.stages).data(), age_s > silent_after_s ? silent : s.state.c_str(), s.queue_depth,
+        node.c_str(), role.c_str(), age_s > silent_after_s ? silent : s.state.c_str(), s.queue_depth,
         static_cast<unsigned long long>(s.consumed), s.consumed_per_s, static_cast<unsigned long long>(s.emitted),
         s.emitted_per_s, s.latency_us[2], s.archive_state.c_str());
     text += line;

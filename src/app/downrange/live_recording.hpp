@@ -3,6 +3,7 @@
 
 #include <archive/lasting_writer.hpp>
 #include <chrono>
+#include <map>
 #include <mutex>
 #include <string>
 

@@ -1,5 +1,6 @@
 #include <iostream>
 #include <mutex>
+#include <text/printable.hpp>
 
 #include "dds/inputs.hpp"
 #include "dds/outputs.hpp"
@@ -48,7 +49,7 @@ int record(const Options& o) {
   dds::NewMismatches mismatches;
   while (!over() && !stop.wait_for(std::chrono::milliseconds(200)) && recording.look_after()) {
     for (const std::string& mismatch : mismatches.among(participant.mismatches()))
-      std::cerr << "does not match: " << mismatch << '\n';
+      std::cerr << "does not match: " << text::printable(mismatch) << '\n';
   }
   const auto counts = reader->counts();
   reader.reset();

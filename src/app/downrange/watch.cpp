@@ -1,5 +1,6 @@
 #include <iostream>
 #include <string>
+#include <text/printable.hpp>
 
 #include <unistd.h>
 
@@ -68,7 +69,8 @@ int watch(const Options& o) {
       if (recording && !recording->look_after()) break;
       if (screen) std::cout << "\033[H\033[J";
       std::cout << board.lines(Board::Clock::now(), utc_now());
-      for (const std::string& mismatch : participant.mismatches()) std::cout << "does not match: " << mismatch << '\n';
+      for (const std::string& mismatch : participant.mismatches())
+        std::cout << "does not match: " << text::printable(mismatch) << '\n';
       std::cout << std::flush;
       if (!screen) std::cout << '\n';
     }

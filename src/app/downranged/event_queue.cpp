@@ -5,6 +5,12 @@
 
 namespace downrange::app {
 
+bool is_measured(const Event& event) {
+  return std::visit(
+      []<class Record>(const Record&) { return Measurements::contains<Record> || std::is_same_v<Record, Observation>; },
+      event);
+}
+
 EventQueue::EventQueue(std::vector<Name> sources, int capacity_per_ring) : sources_(std::move(sources)) {
   rings_.resize(sources_.size() + 2);
   for (Ring& ring : rings_) ring.slots.resize(static_cast<std::size_t>(capacity_per_ring));
@@ -82,10 +88,7 @@ EventQueue::Ring* EventQueue::ring_of(const Event& event) {
     return &rings_[sources_.size()];
   const auto known = std::ranges::find(sources_, source_of(event));
   if (known != sources_.end()) return &rings_[static_cast<std::size_t>(known - sources_.begin())];
-  const bool measured = std::visit(
-      []<class Record>(const Record&) { return Measurements::contains<Record> || std::is_same_v<Record, Observation>; },
-      event);
-  return measured ? nullptr : &rings_.back();
+  return is_measured(event) ? nullptr : &rings_.back();
 }
 
 EventQueue::Ring* EventQueue::oldest_locked() {

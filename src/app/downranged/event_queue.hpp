@@ -14,6 +14,9 @@
 
 namespace downrange::app {
 
+/// By a sensor or a receiver, whether an ingest node has judged it or not.
+[[nodiscard]] bool is_measured(const Event& event);
+
 class EventQueue {
  public:
   /// What did not get through, so far.

@@ -301,10 +301,7 @@ void Service::end_flight() {
 
 bool Service::takes(const Event& event) const {
   const std::vector<Name>& sources = config_.node.sources;
-  const bool measured = std::visit(
-      []<class Record>(const Record&) { return Measurements::contains<Record> || std::is_same_v<Record, Observation>; },
-      event);
-  if (sources.empty() || !measured) return true;
+  if (sources.empty() || !is_measured(event)) return true;
   return std::ranges::find(sources, source_of(event)) != sources.end();
 }
 

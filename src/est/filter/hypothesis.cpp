@@ -78,6 +78,10 @@ BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first) {
   return layout;
 }
 
+PointingWander wander_without_gps(const PointingWander& own, const NoGpsRegime& regime) {
+  return own.sigma_rad > regime.wander.sigma_rad ? own : regime.wander;
+}
+
 BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime, int first) {
   BiasLayout layout{.first = first, .size = 0, .radars = {}, .time_tags = {}};
   const auto tighten = [](BiasModel& model, BiasTerm term, double sigma) {
@@ -97,7 +101,7 @@ BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const 
     tighten(model, BiasTerm::ScaleRange, 2.5e-5);
     tighten(model, BiasTerm::ScaleAzimuth, 2.5e-4);
     tighten(model, BiasTerm::ScaleElevation, 2.5e-4);
-    PointingWander wander = radar.wander.sigma_rad > regime.wander.sigma_rad ? radar.wander : regime.wander;
+    PointingWander wander = wander_without_gps(radar.wander, regime);
     if (radar.sigma.azimuth_rad == 0) wander = {};
     append(layout, block_of(model, wander, first + layout.size));
   }

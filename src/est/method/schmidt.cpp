@@ -231,10 +231,10 @@ bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {
   const auto source = static_cast<std::size_t>(plot.source);
   const RadarModel& radar = settings_.radars[source];
   const Plot seen = plot_of(plot.measured);
-  const PlotLinearisation l =
-      linearise_plot(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source], seen.measured);
-  const Mat<3, 3> R = plot_variance(radar, seen).asDiagonal();
-  return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, R).nis <= gates_[3]);
+  const Vec<3> variance = plot_variance(radar, seen);
+  const auto l = linearise_components<0, 3>(t.bank.mode[0], gps_at, gps_model_, radar, layout(t).radars[source],
+                                            seen.measured, variance);
+  return !(evidence_of<3>(t.bank.mode[0], l.H, l.nu, variance.asDiagonal()).nis <= gates_[3]);
 }
 
 template <int M>

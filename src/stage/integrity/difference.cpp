@@ -126,7 +126,7 @@ double azimuth_from_south(const Mat<3, bias_term_count>& by) {
 }
 
 Mat<3, 3> north_jump(const Mat<3, bias_term_count>& by, const KnownBias& bias) {
-  constexpr double sigmas = 4;
+  constexpr double sigmas = 4;  // below one in ten thousand that it is the other side all the same
   constexpr auto scale = static_cast<Eigen::Index>(BiasTerm::ScaleAzimuth);
   const Vec<3> per_azimuth = by.col(static_cast<Eigen::Index>(BiasTerm::OffsetAzimuth));
   const double square = per_azimuth.squaredNorm();

@@ -55,7 +55,8 @@ std::optional<Reference> reference_of(const Witness& first, const Witness& secon
   r.first = learnt ? first.known_at(r.epoch) : first.prior;
   r.second = learnt ? second.known_at(r.epoch) : second.prior;
   std::array<Vec<3>, most> d;
-  Vec<2> side = Vec<2>::Zero();  // of north, on which each saw the target: a reference that mixes both is none
+  Vec<2> side = Vec<2>::Zero();        // of north, on which each saw the target: a reference that mixes both is none
+  Mat<3, 3> jump = Mat<3, 3>::Zero();  // all instants are on one side: wrong once, not five times
   const double share = 1 / static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
     const auto x = difference(first, *instants[i].a, r.first.mean, second, *instants[i].b, r.second.mean);
@@ -64,11 +65,13 @@ std::optional<Reference> reference_of(const Witness& first, const Witness& secon
     if (i == 0) side = from_south;
     if ((from_south - side).cwiseAbs().maxCoeff() > std::numbers::pi) return std::nullopt;
     d[i] = i == 0 ? x->d : Vec<3>(d[0] + wrapped(second, x->d - d[0]));
-    r.white += median_of_samples * share * share * x->white + north_jump(x->by_first, r.first) +
-               north_jump(x->by_second, r.second);
+    r.white += median_of_samples * share * share * x->white;
+    const Mat<3, 3> jump_here = north_jump(x->by_first, r.first) + north_jump(x->by_second, r.second);
+    if (jump_here.trace() > jump.trace()) jump = jump_here;
     r.by_first += share * x->by_first;
     r.by_second += share * x->by_second;
   }
+  r.white += jump;
   for (int k = 0; k < 3; ++k) {
     std::array<double, most> values{};
     for (std::size_t i = 0; i < n; ++i) values[i] = d[i][k];

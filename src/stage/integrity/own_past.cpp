@@ -54,8 +54,9 @@ OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now
   R[1] += slow * (witness.slow_factor * variance[1] + wander / (cos_elevation * cos_elevation));
   R[2] += slow * (witness.slow_factor * variance[2] + wander);
   const bool ranged = witness.kind == WitnessKind::Radar;
-  const Mat<3, 3> S =
-      Mat<3, 3>(R.asDiagonal()) + surprise * surprise * H * H.transpose() + north_jump(expected.d_bias, witness.prior);
+  const Mat<3, bias_term_count> by_bias = expected.d_bias - then.d_bias;
+  const Mat<3, 3> S = Mat<3, 3>(R.asDiagonal()) + surprise * surprise * H * H.transpose() +
+                      by_bias * witness.prior.cov * by_bias.transpose() + north_jump(expected.d_bias, witness.prior);
   const double range = ranged ? now.z[0] : 0;
   return {threshold.ratio(step, S, ranged),
           Vec<3>(ranged ? step[0] : 0, range * std::cos(now.z[2]) * step[1], range * step[2]).norm()};

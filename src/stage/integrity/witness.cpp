@@ -1,6 +1,7 @@
 #include "witness.hpp"
 
 #include <cmath>
+#include <downrange/est/filter/hypothesis.hpp>
 #include <memory>
 
 namespace downrange::integrity {
@@ -34,8 +35,7 @@ Witness ground_witness(const Sensor& sensor, int id, const PolarSigma& sigma, bo
   w.model.azimuth_sigma_on_sky = sensor.azimuth_sigma_on_sky;
   w.model.bias = bias_model_of(sensor);
   w.wander_beside_gps = sensor.wander;
-  const bool more_without = without_gps.enabled && without_gps.wander.sigma_rad > sensor.wander.sigma_rad;
-  w.model.wander = more_without ? without_gps.wander : sensor.wander;
+  w.model.wander = without_gps.enabled ? wander_without_gps(sensor.wander, without_gps) : sensor.wander;
   if (sensor.refractivity != 0)
     w.model.refraction =
         std::make_shared<RefractionTable>(atmosphere_over(sensor.site.geodetic(), sensor.refractivity));

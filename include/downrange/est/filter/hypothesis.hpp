@@ -66,6 +66,8 @@ struct BiasLayout {
 };
 
 [[nodiscard]] BiasLayout bias_layout(const std::vector<RadarModel>& radars, int first);
+/// What a mount may wander until the first fix: its own, or the regime's where that is larger.
+[[nodiscard]] PointingWander wander_without_gps(const PointingWander& own, const NoGpsRegime& regime);
 /// What holds until the first fix: tight priors, no sez_offset, slow angle errors where angles are measured: the
 /// radar's own or the regime's, whichever are larger.
 [[nodiscard]] BiasLayout bias_layout_without_gps(const std::vector<RadarModel>& radars, const NoGpsRegime& regime,
@@ -239,7 +241,8 @@ template <int First, int M>
                                                const RadarModel& radar, const RadarBlock& block, const Polar& plot);
 
 /// Whether a plot so far from the prediction bends more over that distance than a tenth of its noise: range over the
-/// cross-range, the angles over both. `nu`: of range, azimuth and elevation, zero where one is not measured.
+/// cross-range, the angles over both. `nu` (m, rad, rad): of range, azimuth and elevation, zero where one is not
+/// measured; `variance` of their noise.
 [[nodiscard]] bool bends(const Vec<3>& nu, const Vec<3>& variance, const Polar& plot);
 
 /// M components of a plot from First on, linearised where state and plot agree best (iterated Kalman filter), for an
@@ -250,8 +253,8 @@ template <int First, int M>
 [[nodiscard]] Linearisation<M> linearise_components(const Hypothesis& h, int motion_at, const MotionModel& model,
                                                     const RadarModel& radar, const RadarBlock& block, const Polar& plot,
                                                     const Vec<M>& variance) {
-  constexpr int most_iterations = 5;
-  constexpr double settled = 0.01;  // sigmas of the innovation
+  constexpr int most_iterations = 5;  // three settle all but a few in a thousand of 200 draws of 100 m at 2 km
+  constexpr double settled = 0.01;    // sigmas of the innovation
   auto l = components<First, M>(linearise_plot(h, motion_at, model, radar, block, plot));
   Vec<3> nu = Vec<3>::Zero();
   Vec<3> all_variances = Vec<3>::Ones();
