@@ -313,7 +313,7 @@ TEST(ModelSet, ALaunchIsAsItsSettingsSay) {
 }
 
 /// The interaction of the models is the moment matching of imm.hpp over all states; only a ballistic model keeps its
-/// own specific force.
+/// own specific force, and where the models disagree on the force the position is known less.
 TEST(Hypothesis, MixingIsMomentMatching) {
   constexpr int n = 14;
   constexpr int at = 2;
@@ -332,7 +332,14 @@ TEST(Hypothesis, MixingIsMomentMatching) {
     modes[i] = {bank.mode[i].x, bank.mode[i].P};
   }
   const auto mixing = imm::mixing_weights<3>(bank.probability, switching);
-  const auto expected = imm::mix(modes, mixing);
+  auto expected = imm::mix(modes, mixing);
+  for (std::size_t to = 0; to < 3; ++to) {
+    for (std::size_t from = 0; from < 3; ++from) {
+      const Vec<3> apart = modes[from].mean.segment<3>(at + 6) - expected[to].mean.segment<3>(at + 6);
+      expected[to].cov.block<3, 3>(at, at) +=
+          2.0 / 144 * mixing.weights(static_cast<int>(from), static_cast<int>(to)) * apart * apart.transpose();
+    }
+  }
   const Hypothesis ballistic = bank.mode[0];
   Bank scratch;
   mix(bank, set, switching, at, scratch);
@@ -356,6 +363,54 @@ TEST(Hypothesis, MixingIsMomentMatching) {
         EXPECT_NEAR(mixed.P(i, j), expected[0].cov(i, j), 1e-10);
       }
     }
+  }
+}
+
+/// An engine of 50 m/s^2 stops at the instant of a fix. The next fix, a second later, tells the velocity: the position
+/// that follows from it must be as near as its covariance says, to be believed no more than it is worth.
+TEST(Hypothesis, ACutOffBetweenTwoFixesIsWhereTheCovarianceSays) {
+  const ModelSet set = model_set(KinematicsSettings{});
+  const MotionModel& flown = set.model[1];
+  Vec<9> truth;
+  truth << 6'500'000, 0, 0, 2'000, 5'000, 0, 30, 40, 0;
+  Bank bank;
+  bank.count = 3;
+  bank.probability = set.initial_probability;
+  Matrix P = Matrix::Zero(9, 9);
+  P.diagonal() << 9, 9, 9, 1, 1, 1, 1, 1, 1;
+  for (std::size_t i = 0; i < 3; ++i) bank.mode[i] = {.x = truth, .P = P};
+  bank.mode[0].x.tail<3>().setZero();
+  Fix fix;
+  fix.sigma_horizontal_m = fix.sigma_vertical_m = 5;
+  fix.sigma_velocity_m_s = 0.2;
+  fix.velocity_valid = true;
+  Bank scratch;
+  const auto fly_a_second = [&] {
+    for (int i = 0; i < 5; ++i) {
+      truth = predict_mean(flown, truth, 0.2);
+      for (std::size_t k = 0; k < 3; ++k) predict_motion(bank.mode[k], 0, set.model[k], 0.2);
+      mix(bank, set, set.switching, 0, scratch);
+    }
+    Vec<3> log_likelihoods;
+    BlockJacobian<6> H;
+    H.motion_size = 9;
+    H.of_motion.leftCols<6>().setIdentity();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec<6> nu = truth.head<6>() - bank.mode[k].x.head<6>();
+      const Evidence<6> e = evidence_of<6>(bank.mode[k], H, nu, fix_noise<6>(fix));
+      log_likelihoods[static_cast<Eigen::Index>(k)] = e.log_likelihood;
+      apply_evidence<6>(bank.mode[k], e);
+    }
+    reweigh(bank, log_likelihoods);
+  };
+  for (int i = 0; i < 20; ++i) fly_a_second();
+  truth.tail<3>().setZero();
+  for (int after_s = 1; after_s <= 10; ++after_s) {
+    fly_a_second();
+    const Gaussian<9> track = combined_motion(bank, set, 0, 0);
+    const Vec<3> off = track.mean.head<3>() - truth.head<3>();
+    const double nees = off.dot(track.cov.topLeftCorner<3, 3>().llt().solve(off));
+    EXPECT_LT(nees, 1.5) << after_s << " s after the cut-off, " << off.norm() << " m off";
   }
 }
 

@@ -13,7 +13,7 @@ namespace downrange::experiment {
 namespace {
 
 ExperimentResult run(int jobs, std::vector<std::string> methods) {
-  return run_noise({.runs = 4, .seed = 3, .jobs = jobs, .methods = std::move(methods)});
+  return run_noise({.runs = 10, .seed = 1, .jobs = jobs, .methods = std::move(methods)});
 }
 
 double measured(const ExperimentResult& result, const std::string& what) {

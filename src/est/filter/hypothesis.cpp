@@ -288,6 +288,24 @@ void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9
   }
 }
 
+namespace {
+
+/// What merging leaves out of the position's covariance (est/THEORY.md section 2, "merged onsets"). `apart`: of each
+/// model from the merged mean, times the root of its weight.
+Mat<3, 3> onset_unseen(const std::array<Columns<1>, ModelSet::max_models>& apart, int count, Eigen::Index force_at) {
+  constexpr double unseen_s = 1;  // until the next fix tells the velocity
+  constexpr double metres_per_force = unseen_s * unseen_s / 12;
+  constexpr double mixings = 2;  // the next one keeps about half
+  Mat<3, 3> cov = Mat<3, 3>::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const Vec<3> force = apart[i].segment<3>(force_at);
+    cov += force * force.transpose();
+  }
+  return mixings * metres_per_force * metres_per_force * cov;
+}
+
+}  // namespace
+
 void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch) {
   if (bank.count == 1) return;
   const Eigen::Index n = bank.mode[0].x.size();
@@ -311,6 +329,7 @@ void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion
         out.P.col(j) += mixing.weights(from, to) * bank.mode[k].P.col(j) + apart[k] * apart[k][j];
       }
     }
+    out.P.block<3, 3>(motion_at, motion_at) += onset_unseen(apart, bank.count, force_at);
     if (to == set.ballistic) {
       // The other models' specific force is nothing that a ballistic one could have: it enters as zero with its prior.
       const Hypothesis& mine = bank.mode[static_cast<std::size_t>(to)];

@@ -20,6 +20,7 @@ inline constexpr std::array all_kinematics{Kinematics::Cv, Kinematics::Ca, Kinem
 /// As the configuration names it.
 [[nodiscard]] constexpr std::string_view to_string(Kinematics kinematics) {
   constexpr std::array<std::string_view, all_kinematics.size()> names{"cv", "ca", "launch", "vdie"};
+  static_assert(!names.back().empty(), "a name for each");
   return names.at(static_cast<std::size_t>(kinematics));
 }
 
@@ -28,7 +29,7 @@ struct LaunchSettings {
   double q_ballistic_m2_s5 = 1e-6;     ///< white jerk of a ballistic flight
   double ballistic_sigma_m_s2 = 0.01;  ///< its specific force, 1-sigma per axis about zero
   double q_thrust_m2_s5 = 0.3;         ///< white jerk under thrust
-  double q_event_m2_s5 = 500;          ///< white jerk during ignition, staging and cut-off
+  double q_event_m2_s5 = 1000;         ///< white jerk during ignition, staging and cut-off
   double phase_s = 250;                ///< mean duration of a ballistic phase, and of thrust
   double event_s = 2;                  ///< mean duration of an event
   double initial_ballistic = 0.05;     ///< probability that a target is ballistic when its track starts
