@@ -41,6 +41,8 @@ std::string accusation_of(const Integrity& record, std::size_t source) {
     case Finding::CoarseVelocity:
     case Finding::FineVelocity:
       return " does not move as its own velocity says" + (known ? ", by " + one_decimal(s.apart_m) + " m/s" : "");
+    case Finding::Impossible:
+      return " repeats one position in flight, to the bit,";
     case Finding::OffPad:
       return known ? " is " + distance_text(s.apart_m) + " off the pad" : "";
     case Finding::DifferingCopy:

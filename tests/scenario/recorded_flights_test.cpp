@@ -19,6 +19,8 @@
 #include "config/load.hpp"
 #include "experiment/flights.hpp"
 #include "experiment/report.hpp"
+#include "score/errors.hpp"
+#include "score/truth.hpp"
 
 namespace downrange {
 namespace {
@@ -95,6 +97,72 @@ TEST_P(RecordedFlightTest, OutliersAreThoseThatWerePlanted) {
   for (const auto& [radar, sequence] : experiment::flights::outliers_of(flight)) told.emplace(radar.view(), sequence);
   EXPECT_FALSE(told.empty());
   EXPECT_EQ(told, planted(folder / GetParam().flight));
+}
+
+/// What a flight with a fault is judged by.
+struct Frozen final : ResultSink {
+  explicit Frozen(const RecordedFlight& f) : flight(f), truth(f.truth) {}
+  void emit(const Result& result) override {
+    if (const auto* judged = std::get_if<Integrity>(&result)) {
+      for (const SourceIntegrity& s : judged->sources) {
+        if (s.verdict == IntegrityVerdict::Agrees) continue;
+        if (!accused_s) accused_s = (judged->time - flight.liftoff).seconds();
+        accused.insert(std::string(s.sensor.view()));
+      }
+    }
+    if (const auto* h = std::get_if<SourceHealth>(&result); h != nullptr && h->sensor == Name("telemetry"))
+      refused = h->count[static_cast<std::size_t>(Reason::Frozen)];
+    const auto* t = std::get_if<Trajectory>(&result);
+    if (t == nullptr || !t->primary) return;
+    const auto true_state = truth.at(t->epoch);
+    if (!true_state) return;
+    const double t_s = (t->epoch - flight.liftoff).seconds();
+    const Gaussian<3> x = score::position_at(*t, t->epoch);
+    const double error_m = (x.mean - true_state->position.m).norm();
+    worst_sigmas = std::max(worst_sigmas, error_m / std::sqrt(x.cov.trace()));
+    if (t_s > 25) worst_after_m = std::max(worst_after_m, error_m);
+  }
+  const RecordedFlight& flight;
+  score::TruthTable truth;
+  std::optional<double> accused_s;
+  std::set<std::string> accused;
+  std::uint64_t refused = 0;
+  double worst_sigmas = 0;
+  double worst_after_m = 0;
+};
+
+/// Its receiver repeats the fix of T+1.5 s until T+20 s, while the vehicle leaves the pad: of the equal ones two are
+/// taken, the third and all later ones are refused and said, and its next true fix is taken at once.
+TEST_P(RecordedFlightTest, AReceiverThatFreezesAtLiftoffIsNotFollowed) {
+  DOWNRANGE_NEEDS_FLIGHT(GetParam().flight);
+  RecordedFlight flight = app::load_flight(app::flights_folder(""), GetParam().flight);
+  const auto since_liftoff = [&](Time t) { return (t - flight.liftoff).seconds(); };
+  GpsFix last;
+  for (const Event& event : flight.events) {
+    const auto* fix = std::get_if<GpsFix>(&event);
+    if (fix != nullptr && since_liftoff(fix->epoch) < 2 && fix->epoch > last.epoch) last = *fix;
+  }
+  std::uint64_t repeated = 0;
+  for (Event& event : flight.events) {
+    auto* fix = std::get_if<GpsFix>(&event);
+    if (fix == nullptr || since_liftoff(fix->epoch) < 2 || since_liftoff(fix->epoch) >= 20) continue;
+    fix->position = last.position;
+    fix->velocity = last.velocity;
+    ++repeated;
+  }
+  ASSERT_GT(repeated, 30u);
+  std::erase_if(flight.events, [&](const Event& e) { return since_liftoff(received_of(e)) > 60; });
+  flight.range.fuse.methods.resize(1);
+  flight.range.antennas.clear();
+  Frozen judged(flight);
+  Engine engine(flight.range, {}, judged);
+  for (const Event& event : flight.events) engine.handle(engine.admit(event));
+  EXPECT_EQ(judged.refused, repeated - 1);
+  ASSERT_TRUE(judged.accused_s);
+  EXPECT_LE(*judged.accused_s, 4.5);
+  EXPECT_EQ(judged.accused, std::set<std::string>{"telemetry"});
+  EXPECT_LE(judged.worst_sigmas, 3);
+  EXPECT_LE(judged.worst_after_m, 10);
 }
 
 TEST(RecordedFlights, AreTheSameOnAnyNumberOfThreads) {

@@ -167,6 +167,41 @@ TEST(Judge, AReceiverIsBelievedAgainAfterTenSecondsOfAgreement) {
   }
 }
 
+/// A receiver that repeats its fix is said to from the third equal one on, but not excluded: the methods refuse such
+/// fixes, and its first true one is good again.
+TEST(Judge, AReceiverThatRepeatsItsFixIsSuspectUntilItMoves) {
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, 60), 1);
+  for (const double from_s : {2.0, 30.0}) {
+    std::vector<Event> events = flight.events();
+    std::optional<GpsFix> frozen;
+    for (Event& event : events) {
+      auto* fix = std::get_if<GpsFix>(&event);
+      if (fix == nullptr) continue;
+      const double t_s = (fix->epoch - liftoff).seconds();
+      if (t_s < from_s) frozen = *fix;
+      if (t_s < from_s || t_s >= from_s + 18) continue;
+      ASSERT_TRUE(frozen);
+      fix->position = frozen->position;
+      fix->velocity = frozen->velocity;
+    }
+    const JudgedFlight f = judged(range, events, gps);
+    const auto suspect = f.first(first_station, IntegrityVerdict::Suspect);
+    ASSERT_TRUE(suspect) << described(f);
+    EXPECT_LE(*suspect, from_s + 3) << described(f);
+    const auto back = f.first(first_station, IntegrityVerdict::Agrees, *suspect);
+    ASSERT_TRUE(back) << described(f);
+    EXPECT_NEAR(*back, from_s + 18.5, 0.7);
+    for (const Said& s : f.said) {
+      EXPECT_TRUE(contains(gps, s.source)) << described(f);
+      EXPECT_NE(s.judgement.verdict, IntegrityVerdict::Excluded) << described(f);
+      if (s.judgement.verdict == IntegrityVerdict::Suspect) {
+        EXPECT_EQ(s.judgement.why, Finding::Impossible);
+      }
+    }
+  }
+}
+
 TEST(Judge, ADatumIsSeenOnThePad) {
   const RangeConfig range = judged_range();
   sim::Scenario scenario = judged_launch(range, 2);

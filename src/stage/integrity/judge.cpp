@@ -43,6 +43,16 @@ void Judge::AloneTest::judge(Time at, double ratio, double apart) {
   if (ratio >= 1) apart_m = apart;
 }
 
+void Judge::Repeated::note(Time epoch, const Position<Ecef>& told) {
+  if (times > 0 && epoch <= newest) return;  // a copy, or late
+  if (times == 0 || told.m != position.m) *this = {.position = told, .since = epoch, .newest = epoch, .times = 0};
+  newest = epoch;
+  ++times;
+}
+
+/// The rule by which the methods refuse a frozen fix.
+bool Judge::Repeated::too_often() const { return times >= 3 && newest - since >= seconds(1); }
+
 Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target)
     : settings_(config.integrity),
       receiver_(config.gps),
@@ -54,6 +64,7 @@ Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target)
   stations_.resize(names_.size());
   judgements_.resize(names_.size());
   settled_.resize(max_receivers);
+  repeated_.resize(max_receivers);
   copies_.assign(max_receivers, integrity::Copies({.position_m = settings_.copy_position_m,
                                                    .velocity_m_s = settings_.copy_velocity_m_s}));
   const int count = static_cast<int>(witnesses_.size());
@@ -102,7 +113,8 @@ int Judge::receiver_place(const Name& receiver) {
 void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   const int place = receiver_place(o.receiver);
   if (place < 0) return;
-  Witness& w = witnesses_[witnesses_.size() - max_receivers + static_cast<std::size_t>(place)];
+  const std::size_t index = witnesses_.size() - max_receivers + static_cast<std::size_t>(place);
+  Witness& w = witnesses_[index];
   w.sources |= set_of(source);
   const integrity::Copies& copies = copies_[static_cast<std::size_t>(place)];
   const auto& message = copies_[static_cast<std::size_t>(place)].note(source, o.epoch, fix);
@@ -145,6 +157,14 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
     station.counted = message.epoch;
   }
   if (w.series.knows(o.epoch) || stations_[static_cast<std::size_t>(source)].odd > 0) return;
+  Repeated& repeated = repeated_[static_cast<std::size_t>(place)];
+  repeated.note(o.epoch, fix.position);
+  std::optional<Time>& repeats_since = standing_[index].repeats_since;
+  repeats_since.reset();
+  if (in_flight_ && repeated.too_often()) {
+    repeats_since = repeated.since;
+    return;
+  }
   integrity::RawMeasurement raw;
   raw.epoch = o.epoch;
   raw.z = fix.position.m;
@@ -159,6 +179,7 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
 std::span<const Judgement> Judge::judge(const JudgedTick& tick, std::span<const ChainState> chains,
                                         std::span<const BiasEstimate> biases) {
   const Time epoch = tick.epoch;
+  in_flight_ = tick.in_flight;
   integrity::WitnessSet innocent = 0;
   for (std::size_t w = 0; w < witnesses_.size(); ++w) {
     const Witness& witness = witnesses_[w];

@@ -110,7 +110,19 @@ class Judge {
     /// Guilty of what only a break with its own past can end: its biases and the pad are no witnesses any more.
     Finding held_for = Finding::None;
     Time held_onset;
+    /// A receiver that repeats one position to the bit in flight: its first. The methods refuse such fixes, and here
+    /// they are no witness: nothing is to be undone, and nobody has to wait for it to agree again.
+    std::optional<Time> repeats_since;
     bool active = false;  ///< heard, not inhibited
+  };
+  /// The newest position of a receiver, and for how many fixes it has told it.
+  struct Repeated {
+    Position<Ecef> position;
+    Time since;
+    Time newest;
+    int times = 0;
+    void note(Time epoch, const Position<Ecef>& told);
+    [[nodiscard]] bool too_often() const;
   };
   struct Station {
     Judgement judgement;
@@ -169,12 +181,14 @@ class Judge {
   std::vector<integrity::Pair> pairs_;
   std::vector<integrity::Copies> copies_;         ///< by receiver
   std::vector<Settled> settled_;                  ///< by receiver
+  std::vector<Repeated> repeated_;                ///< by receiver
   std::vector<Station> stations_;                 ///< by SourceId
   std::vector<integrity::Edge> edges_;            ///< scratch
   std::vector<integrity::Character> characters_;  ///< scratch
   std::vector<integrity::LearntBias> learnt_;     ///< scratch
   integrity::WitnessSet disputed_ = 0;            ///< by what GPS taught of biases
   std::optional<Time> tied_since_;
+  bool in_flight_ = false;
   std::vector<Judgement> judgements_;  ///< by SourceId
 };
 

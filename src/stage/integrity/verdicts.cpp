@@ -165,7 +165,7 @@ IntegrityVerdict Judge::verdict_on(int w, const Accusation& named, const Accusat
   if (excluded(w) && !explained(w, named.guilty) && !agrees_again(w)) return IntegrityVerdict::Excluded;
   if (tie_stands && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
   if (s.judgement.verdict == IntegrityVerdict::Ambiguous && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
-  return has(suspected.guilty, w) ? IntegrityVerdict::Suspect : IntegrityVerdict::Agrees;
+  return has(suspected.guilty, w) || s.repeats_since ? IntegrityVerdict::Suspect : IntegrityVerdict::Agrees;
 }
 
 bool Judge::explained(int witness, WitnessSet guilty) const {
@@ -222,7 +222,7 @@ void Judge::describe(int witness) {
   }
   const Finding alone = guilty_alone(witness);
   const bool disputed = has(disputed_, witness);
-  if (alone == Finding::None && against == 0 && !disputed)
+  if (alone == Finding::None && against == 0 && !disputed && !s.repeats_since)
     return;  // what was said of it before stands as long as its verdict does
   j.against = against;
   j.apart_m = apart_m;
@@ -233,7 +233,10 @@ void Judge::describe(int witness) {
                            witnesses_[static_cast<std::size_t>(p.second())].sources;
     if (p.compared() && (both & ~against) == 0) j.agree_m = std::max(j.agree_m, p.apart_m());
   }
-  if (alone == Finding::None && against == 0) {
+  if (alone == Finding::None && against == 0 && !disputed) {
+    j.why = Finding::Impossible;
+    onset = s.repeats_since;
+  } else if (alone == Finding::None && against == 0) {
     j.why = Finding::ImplausibleBias;
     j.apart_m = s.bias.apart_m;
     onset = s.bias.calm_at;
