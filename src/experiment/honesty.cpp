@@ -155,7 +155,7 @@ sim::Scenario scenario_of(const Profile& profile, bool gps, std::uint64_t seed) 
   return s;
 }
 
-std::vector<Event> events_of(const Profile& profile, const sim::Scenario& scenario, std::uint64_t seed) {
+std::vector<Event> simulated(const Profile& profile, const sim::Scenario& scenario, std::uint64_t seed) {
   MissionEvent liftoff;
   liftoff.mission = scenario.name;
   liftoff.label = "lift-off";
@@ -280,16 +280,36 @@ Profile profile_of(const flights::RecordedFlight& flight) {
   return profile;
 }
 
-Track fly(const Profile& profile, bool gps, std::uint64_t seed) {
+std::vector<Event> events_of(const Profile& profile, bool gps, std::uint64_t seed) {
+  return simulated(profile, scenario_of(profile, gps, seed), seed);
+}
+
+RangeConfig range_of(const Profile& profile) {
   RangeConfig range = profile.range;
   range.tick = tick;
   range.fuse.publish_on_data = false;
-  range.fuse.methods.resize(1);
   range.antennas.clear();
-  const std::vector<Event> events = events_of(profile, scenario_of(profile, gps, seed), seed);
+  return range;
+}
+
+std::vector<RadarModel> radars_in_force(const RangeConfig& range, bool gps) {
+  std::vector<RadarModel> models = with_wander_as_states(radar_models(range));
+  const std::vector<RadarBlock> priors = priors_in_force(range, models, gps);
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    models[i].bias = priors[i].model;
+    models[i].wander = priors[i].wander;
+  }
+  return models;
+}
+
+std::uint64_t seed_of_run(std::uint64_t seed, int run) { return seed * 1'000'003 + static_cast<std::uint64_t>(run); }
+
+Track fly(const Profile& profile, bool gps, std::uint64_t seed) {
+  RangeConfig range = range_of(profile);
+  range.fuse.methods.resize(1);
   Scorer scorer(profile, seed);
   Engine engine(range, {}, scorer);
-  for (const Event& event : events) engine.handle(engine.admit(event));
+  for (const Event& event : events_of(profile, gps, seed)) engine.handle(engine.admit(event));
   return std::move(scorer).track();
 }
 

@@ -3,6 +3,8 @@
 /// drawn from what the configuration assumes (est/THEORY.md section 4a).
 
 #include <cstdint>
+#include <downrange/est/model/sensors.hpp>
+#include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <span>
 #include <string>
@@ -66,14 +68,31 @@ struct Track {
 /// filter's model. Nothing is late by more than 0.3 s, nothing is lost.
 [[nodiscard]] Track fly(const Profile& profile, bool gps, std::uint64_t seed);
 
+/// What `fly` flies: its messages in order of arrival, and the range with ticks alone and no antennas.
+[[nodiscard]] std::vector<Event> events_of(const Profile& profile, bool gps, std::uint64_t seed);
+[[nodiscard]] RangeConfig range_of(const Profile& profile);
+/// The radars as the methods are told of them, with the priors and the wander in force.
+[[nodiscard]] std::vector<RadarModel> radars_in_force(const RangeConfig& range, bool gps);
+/// The runs of one seed do not overlap those of the next.
+[[nodiscard]] std::uint64_t seed_of_run(std::uint64_t seed, int run);
+
 }  // namespace honesty
 
-/// launch and orbit_pass, and the truths of `recorded`. Throws std::invalid_argument for a method that is not compared.
+/// launch, the truths of `recorded`, orbit_pass.
+[[nodiscard]] std::vector<honesty::Profile> honesty_profiles(std::span<const flights::RecordedFlight> recorded);
+
+/// Over honesty_profiles. Throws std::invalid_argument for a method that is not compared.
 [[nodiscard]] ExperimentResult run_honesty(const ExperimentOptions& options,
                                            std::span<const flights::RecordedFlight> recorded);
 
 /// The one that is compared: the service's default.
 [[nodiscard]] const std::vector<std::string>& honesty_methods();
 inline constexpr int honesty_runs = 200;
+
+/// Without GPS: how near two radars that calibrate each other come to the best that is possible, and whether one alone
+/// is harmed (est/without-gps.md). Profiles as of run_honesty.
+[[nodiscard]] ExperimentResult run_without_gps(const ExperimentOptions& options,
+                                               std::span<const flights::RecordedFlight> recorded);
+inline constexpr int without_gps_runs = 20;
 
 }  // namespace downrange::experiment

@@ -26,9 +26,6 @@ struct Flown {
   Track track;
 };
 
-/// The runs of one seed do not overlap those of the next.
-std::uint64_t seed_of_run(std::uint64_t seed, int run) { return seed * 1'000'003 + static_cast<std::uint64_t>(run); }
-
 template <class Value>
 Curve over_time(std::string label, std::size_t bins, bool dashed, const Value& value) {
   Curve curve{.label = std::move(label), .dashed = dashed};
@@ -97,12 +94,17 @@ const std::vector<std::string>& honesty_methods() {
   return methods;
 }
 
-ExperimentResult run_honesty(const ExperimentOptions& options, std::span<const flights::RecordedFlight> recorded) {
-  (void)chosen_methods(options.methods, honesty_methods());
-  const int runs = options.runs > 0 ? options.runs : honesty_runs;
+std::vector<Profile> honesty_profiles(std::span<const flights::RecordedFlight> recorded) {
   std::vector<Profile> profiles{launch_profile()};
   for (const flights::RecordedFlight& flight : recorded) profiles.push_back(profile_of(flight));
   profiles.push_back(orbit_pass_profile());
+  return profiles;
+}
+
+ExperimentResult run_honesty(const ExperimentOptions& options, std::span<const flights::RecordedFlight> recorded) {
+  (void)chosen_methods(options.methods, honesty_methods());
+  const int runs = options.runs > 0 ? options.runs : honesty_runs;
+  std::vector<Profile> profiles = honesty_profiles(recorded);
   for (Profile& profile : profiles) profile.range.fuse.methods = {Name(honesty_methods().front())};
   std::vector<Case> cases;
   for (const Profile& profile : profiles) {

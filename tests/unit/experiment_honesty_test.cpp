@@ -71,5 +71,34 @@ TEST(Honesty, RunsOfAllProfilesDoNotDependOnThreads) {
   EXPECT_THROW((void)run_honesty(options, {}), std::invalid_argument);
 }
 
+TEST(WithoutGps, TwoRadarsBeatTheirUncorrectedFusionAndNobodyTheBoundByMuch) {
+  ExperimentOptions options;
+  options.runs = 2;
+  options.seed = 2;
+  options.jobs = 1;
+  const ExperimentResult one = run_without_gps(options, {});
+  options.jobs = 2;
+  const ExperimentResult two = run_without_gps(options, {});
+  ASSERT_EQ(one.figures.size(), 14u);
+  int both = 0;
+  for (std::size_t i = 0; i < one.figures.size(); ++i) {
+    const Figure& figure = one.figures[i];
+    EXPECT_EQ(figure.measured, two.figures[i].measured) << figure.what;
+    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
+    const bool over_uncorrected = figure.what.ends_with("two radars: joint over uncorrected");
+    const bool over_bound = figure.what.ends_with("two radars: joint over bound");
+    both += over_uncorrected || over_bound;
+    if (over_uncorrected) {
+      EXPECT_LT(figure.measured, 1) << figure.what;
+    }
+    // Two draws of biases that last a flight: half of what is promised, or twice, is luck; ten times is an error.
+    if (over_bound) {
+      EXPECT_GT(figure.measured, 0.3) << figure.what;
+      EXPECT_LT(figure.measured, 3) << figure.what;
+    }
+  }
+  EXPECT_EQ(both, 4);
+}
+
 }  // namespace
 }  // namespace downrange::experiment

@@ -26,6 +26,10 @@ constexpr std::string_view all = "all";
 constexpr std::string_view flights = "flights";
 constexpr std::string_view faults = "faults";
 constexpr std::string_view honesty = "honesty";
+constexpr std::string_view without_gps = "without-gps";
+
+/// Can use recorded flights, and does without.
+bool uses_truths(std::string_view name) { return name == honesty || name == without_gps; }
 
 struct Options {
   std::string name;
@@ -64,6 +68,12 @@ std::vector<experiment::Experiment> all_experiments(const std::filesystem::path&
       {honesty, "covariance against error over many seeds of four profiles, with GPS and without (two of them --data)",
        experiment::honesty_runs, experiment::honesty_methods(), [folder](const experiment::ExperimentOptions& options) {
          return timed([&] { return experiment::run_honesty(options, load_flights(folder)); });
+       }});
+  experiments.push_back(
+      {without_gps, "no GPS: two radars against their uncorrected fusion and the bound, one alone (truths: --data)",
+       experiment::without_gps_runs, experiment::honesty_methods(),
+       [folder](const experiment::ExperimentOptions& options) {
+         return timed([&] { return experiment::run_without_gps(options, load_flights(folder)); });
        }});
   experiments.push_back({flights, "recorded flights (--data): position, biases, gate, sources switched off", 0,
                          experiment::flight_methods(), [folder](const experiment::ExperimentOptions& options) {
@@ -152,8 +162,8 @@ void check_options(const Options& o) {
                                "recorded flights are flown as they were: nothing is drawn");
   if (o.name != faults && (!o.faults.empty() || !o.only.empty()))
     throw CLI::ValidationError(o.faults.empty() ? "--only" : "--faults", "only experiment faults plays a catalogue");
-  if (o.name != flights && o.name != honesty && o.name != all && !o.data.empty())
-    throw CLI::ValidationError("--data", "only experiment flights and honesty read recorded flights");
+  if (o.name != flights && !uses_truths(o.name) && o.name != all && !o.data.empty())
+    throw CLI::ValidationError("--data", "only experiment flights, honesty and without-gps read recorded flights");
 }
 
 /// Whether `folder` has flights; says so where `all` goes on without them. Throws std::runtime_error where flights were
@@ -176,7 +186,7 @@ std::vector<experiment::Experiment> chosen_experiments(const Options& o, const s
   for (const experiment::Experiment& e : all_experiments(folder)) {
     if (o.name != all && o.name != e.name) continue;
     check_methods(e, o.methods);
-    const bool asked_for_flights = e.name == flights || (e.name == honesty && o.name == honesty && !o.data.empty());
+    const bool asked_for_flights = e.name == flights || (uses_truths(e.name) && e.name == o.name && !o.data.empty());
     if (!asked_for_flights || has_flights(o, folder)) chosen.push_back(e);
   }
   return chosen;
@@ -185,7 +195,7 @@ std::vector<experiment::Experiment> chosen_experiments(const Options& o, const s
 /// That outputs can be written, as far as it can be known. Throws std::runtime_error.
 void check_outputs(const Options& o, const std::filesystem::path& folder) {
   std::vector<std::string> inputs;
-  if (o.name == flights || o.name == honesty || o.name == all) {
+  if (o.name == flights || uses_truths(o.name) || o.name == all) {
     for (const std::string& flight : flights_in(folder))
       for (std::string& file : files_of_flight(folder, flight)) inputs.push_back(std::move(file));
   }
@@ -231,7 +241,7 @@ void add_experiment(CLI::App& app, Run& run) {
   command->add_option(
       "--data", o->data,
       "Folder of the recorded flights (default: DOWNRANGE_DATA, or shared/data beside the checkout, which "
-      "experiment flights needs and honesty can use: mappings and range are there)");
+      "experiment flights needs and honesty and without-gps can use: mappings and range are there)");
   command->add_option("--runs", o->runs, "Monte Carlo runs (default: as many as the figures are stated for)")
       ->check(CLI::Range(1, 1'000'000));
   command->add_option("--seed", o->seed, "Draw everything from this seed (default: 1)");
