@@ -101,10 +101,7 @@ TEST(Launch, RadarsThatFoldTogetherBesideAHealthyReceiverDoNotMoveTheTrack) {
       track.from = scenario.liftoff + seconds(begin_s - 20);
       Engine engine(range, {}, track);
       for (const Event& event : flight.events()) engine.handle(engine.admit(event));
-      // Late in the coast schmidt, whose track is the radars' alone, is off by 51 m without any fold, and with or
-      // without one by 29 m where pointing does not wander. To reach all the same: 50 m.
-      const double limit_m = method == Name("schmidt") && begin_s == 250 ? 60 : 50;
-      EXPECT_LT(track.worst_m, limit_m) << method.view() << " from " << begin_s << " s";
+      EXPECT_LT(track.worst_m, 50) << method.view() << " from " << begin_s << " s";
       EXPECT_GT(track.last, scenario.liftoff + seconds(begin_s + 95)) << method.view();
     }
   }
