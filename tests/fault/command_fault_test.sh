@@ -57,7 +57,7 @@ expect 2 "not compared here" "$downrange" experiment alphabeta --methods exact,n
 expect 2 "not compared here" "$downrange" experiment flights --methods ts
 expect 2 "nothing is drawn" "$downrange" experiment flights --runs 3
 expect 2 "nothing is drawn" "$downrange" experiment flights --seed 3
-expect 2 "only experiment flights and honesty" "$downrange" experiment alphabeta --data "$work"
+expect 2 "only experiment flights, honesty and without-gps" "$downrange" experiment alphabeta --data "$work"
 expect 1 "there is no folder" "$downrange" experiment alphabeta --html "$work/absent/page.html"
 expect 1 "no recorded flights in $work" "$downrange" experiment flights --data "$work"
 expect 1 "no recorded flights in $work" env DOWNRANGE_DATA="$work" "$downrange" experiment flights
