@@ -99,12 +99,6 @@ sim::RadarBias drawn_bias(const RadarBlock& block, std::uint64_t seed, const Nam
   return bias;
 }
 
-/// What a radar's bias and wander may be, as the filters have it.
-std::vector<RadarBlock> priors_in_force(const RangeConfig& range, const std::vector<RadarModel>& models, bool gps) {
-  const bool tight = !gps && range.align.gps.no_gps.enabled;
-  return (tight ? bias_layout_without_gps(models, range.align.gps.no_gps, 0) : bias_layout(models, 0)).radars;
-}
-
 sim::RadarScenario radar_scenario(const RadarConfig& radar, const PolarSigma& sigma, const RadarBlock& prior,
                                   double end_s, std::uint64_t seed) {
   sim::RadarScenario s;
@@ -134,8 +128,8 @@ sim::Scenario scenario_of(const Profile& profile, bool gps, std::uint64_t seed) 
   s.liftoff = profile.liftoff;
   s.end_s = profile.end_s;
   s.simulated = range.ingest.expect_simulated;
-  const std::vector<RadarModel> models = with_wander_as_states(radar_models(range));
-  const std::vector<RadarBlock> priors = priors_in_force(range, models, gps);
+  const std::vector<RadarModel> models = radars_in_force(range, gps);
+  const std::vector<RadarBlock> priors = bias_layout(models, 0).radars;
   for (std::size_t i = 0; i < range.radars.size(); ++i)
     s.radars.push_back(radar_scenario(range.radars[i], models[i].sigma, priors[i], profile.end_s, seed));
   if (!gps || range.telemetry.empty()) return s;
@@ -294,7 +288,8 @@ RangeConfig range_of(const Profile& profile) {
 
 std::vector<RadarModel> radars_in_force(const RangeConfig& range, bool gps) {
   std::vector<RadarModel> models = with_wander_as_states(radar_models(range));
-  const std::vector<RadarBlock> priors = priors_in_force(range, models, gps);
+  if (gps || !range.align.gps.no_gps.enabled) return models;
+  const std::vector<RadarBlock> priors = bias_layout_without_gps(models, range.align.gps.no_gps, 0).radars;
   for (std::size_t i = 0; i < models.size(); ++i) {
     models[i].bias = priors[i].model;
     models[i].wander = priors[i].wander;

@@ -1,10 +1,8 @@
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <downrange/est/method/bound.hpp>
-#include <downrange/est/model/plot_model.hpp>
 #include <downrange/stage/engine.hpp>
 #include <map>
-#include <optional>
 
 #include "experiment/honesty.hpp"
 #include "experiment/parallel.hpp"

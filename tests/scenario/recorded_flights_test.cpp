@@ -21,6 +21,7 @@
 #include "experiment/report.hpp"
 #include "score/errors.hpp"
 #include "score/truth.hpp"
+#include "sim/faults.hpp"
 
 namespace downrange {
 namespace {
@@ -30,9 +31,9 @@ using experiment::flights::FlightResult;
 using experiment::flights::Flown;
 using experiment::flights::RecordedFlight;
 
-#define DOWNRANGE_NEEDS_FLIGHT(name)               \
-  if (!fs::exists(app::flights_folder("") / name)) \
-  GTEST_SKIP() << "no recorded flight " << name << " in " << app::flights_folder("")
+#define DOWNRANGE_NEEDS_FLIGHT(name)                 \
+  if (!fs::exists(app::flights_folder("") / (name))) \
+  GTEST_SKIP() << "no recorded flight " << (name) << " in " << app::flights_folder("")
 
 constexpr double mdeg = std::numbers::pi / 180e3;
 
@@ -136,28 +137,19 @@ struct Frozen final : ResultSink {
 TEST_P(RecordedFlightTest, AReceiverThatFreezesAtLiftoffIsNotFollowed) {
   DOWNRANGE_NEEDS_FLIGHT(GetParam().flight);
   RecordedFlight flight = app::load_flight(app::flights_folder(""), GetParam().flight);
-  const auto since_liftoff = [&](Time t) { return (t - flight.liftoff).seconds(); };
-  GpsFix last;
-  for (const Event& event : flight.events) {
-    const auto* fix = std::get_if<GpsFix>(&event);
-    if (fix != nullptr && since_liftoff(fix->epoch) < 2 && fix->epoch > last.epoch) last = *fix;
-  }
-  std::uint64_t repeated = 0;
-  for (Event& event : flight.events) {
-    auto* fix = std::get_if<GpsFix>(&event);
-    if (fix == nullptr || since_liftoff(fix->epoch) < 2 || since_liftoff(fix->epoch) >= 20) continue;
-    fix->position = last.position;
-    fix->velocity = last.velocity;
-    ++repeated;
-  }
-  ASSERT_GT(repeated, 30u);
-  std::erase_if(flight.events, [&](const Event& e) { return since_liftoff(received_of(e)) > 60; });
+  std::erase_if(flight.events, [&](const Event& e) { return received_of(e) > flight.liftoff + seconds(60); });
+  sim::Fault frozen;
+  frozen.lasts_s = 18;
+  frozen.actions = {{.sources = {"gps"}, .effect = sim::Freeze{}}};
+  const sim::Injected injected =
+      sim::inject({}, frozen, {.range = flight.range, .liftoff = flight.liftoff, .begin_s = 2}, flight.events);
+  ASSERT_GT(injected.touched, 30u);
   flight.range.fuse.methods.resize(1);
   flight.range.antennas.clear();
   Frozen judged(flight);
   Engine engine(flight.range, {}, judged);
-  for (const Event& event : flight.events) engine.handle(engine.admit(event));
-  EXPECT_EQ(judged.refused, repeated - 1);
+  for (const Event& event : injected.events) engine.handle(engine.admit(event));
+  EXPECT_EQ(judged.refused, injected.touched - 1);
   ASSERT_TRUE(judged.accused_s);
   EXPECT_LE(*judged.accused_s, 4.5);
   EXPECT_EQ(judged.accused, std::set<std::string>{"telemetry"});

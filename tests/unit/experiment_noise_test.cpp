@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "../support/same_figures.hpp"
 #include "experiment/experiment.hpp"
 #include "experiment/report.hpp"
 
@@ -25,14 +26,9 @@ double measured(const ExperimentResult& result, const std::string& what) {
 TEST(NoiseExperiment, ReachesItsFiguresOnAnyNumberOfThreads) {
   const ExperimentResult one = run(1, {"joint"});
   const ExperimentResult two = run(2, {"joint"});
-  ASSERT_EQ(one.figures.size(), two.figures.size());
-  for (std::size_t i = 0; i < one.figures.size(); ++i) {
-    const Figure& figure = one.figures[i];
-    EXPECT_EQ(figure.measured, two.figures[i].measured) << figure.what;
-    EXPECT_TRUE(std::isfinite(figure.measured)) << figure.what;
-    EXPECT_LE(figure.what.size(), figure_name_width) << figure.what;
+  test::expect_same_figures(one, two);
+  for (const Figure& figure : one.figures)
     EXPECT_TRUE(figure.reached) << figure.what << ' ' << figure.measured << ' ' << figure.reach;
-  }
 }
 
 /// What it is worth: the same flights with the sigmas kept.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "../support/same_figures.hpp"
 #include "experiment/experiment.hpp"
 #include "experiment/report.hpp"
 
@@ -31,9 +32,7 @@ class PaperExperiment : public testing::TestWithParam<const char*> {
 TEST_P(PaperExperiment, DoesNotDependOnThreads) {
   const ExperimentResult one = run(9, 1);
   const ExperimentResult four = run(9, 4);
-  ASSERT_EQ(one.figures.size(), four.figures.size());
-  for (std::size_t i = 0; i < one.figures.size(); ++i)
-    EXPECT_EQ(one.figures[i].measured, four.figures[i].measured) << one.figures[i].what;
+  test::expect_same_figures(one, four);
   ASSERT_EQ(one.plots.size(), four.plots.size());
   for (std::size_t p = 0; p < one.plots.size(); ++p) {
     ASSERT_EQ(one.plots[p].curves.size(), four.plots[p].curves.size());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/judged_flight.hpp"
+#include "sim/faults.hpp"
 
 namespace downrange::test {
 namespace {
@@ -167,24 +168,17 @@ TEST(Judge, AReceiverIsBelievedAgainAfterTenSecondsOfAgreement) {
   }
 }
 
-/// A receiver that repeats its fix is said to from the third equal one on, but not excluded: the methods refuse such
-/// fixes, and its first true one is good again.
+/// A receiver that repeats its fix is said to do so from the third equal one on, but not excluded: the methods refuse
+/// such fixes, and its first true one is good again.
 TEST(Judge, AReceiverThatRepeatsItsFixIsSuspectUntilItMoves) {
   const RangeConfig range = judged_range();
   const sim::Simulation flight(judged_launch(range, 60), 1);
   for (const double from_s : {2.0, 30.0}) {
-    std::vector<Event> events = flight.events();
-    std::optional<GpsFix> frozen;
-    for (Event& event : events) {
-      auto* fix = std::get_if<GpsFix>(&event);
-      if (fix == nullptr) continue;
-      const double t_s = (fix->epoch - liftoff).seconds();
-      if (t_s < from_s) frozen = *fix;
-      if (t_s < from_s || t_s >= from_s + 18) continue;
-      ASSERT_TRUE(frozen);
-      fix->position = frozen->position;
-      fix->velocity = frozen->velocity;
-    }
+    sim::Fault frozen;
+    frozen.lasts_s = 18;
+    frozen.actions = {{.sources = {"gps"}, .effect = sim::Freeze{}}};
+    const std::vector<Event> events =
+        sim::inject({}, frozen, {.range = range, .liftoff = liftoff, .begin_s = from_s}, flight.events()).events;
     const JudgedFlight f = judged(range, events, gps);
     const auto suspect = f.first(first_station, IntegrityVerdict::Suspect);
     ASSERT_TRUE(suspect) << described(f);

@@ -128,7 +128,7 @@ enum class Finding : std::uint8_t {
   CommonBias,       ///< the same term in all radars: it is the GPS's
   DifferingCopy,    ///< stations relay one fix differently
   OffPad,           ///< before lift-off it does not see the vehicle where the pad is
-  Impossible,       ///< no vehicle does that
+  Impossible,       ///< no vehicle does that: it repeats one position
 };
 
 /// One source of a target, as INTEGRITY judges it.

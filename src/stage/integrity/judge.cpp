@@ -43,16 +43,6 @@ void Judge::AloneTest::judge(Time at, double ratio, double apart) {
   if (ratio >= 1) apart_m = apart;
 }
 
-void Judge::Repeated::note(Time epoch, const Position<Ecef>& told) {
-  if (times > 0 && epoch <= newest) return;  // a copy, or late
-  if (times == 0 || told.m != position.m) *this = {.position = told, .since = epoch, .newest = epoch, .times = 0};
-  newest = epoch;
-  ++times;
-}
-
-/// The rule by which the methods refuse a frozen fix.
-bool Judge::Repeated::too_often() const { return times >= 3 && newest - since >= seconds(1); }
-
 Judge::Judge(const RangeConfig& config, const SourceTable& sources, int target)
     : settings_(config.integrity),
       receiver_(config.gps),
@@ -113,8 +103,7 @@ int Judge::receiver_place(const Name& receiver) {
 void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   const int place = receiver_place(o.receiver);
   if (place < 0) return;
-  const std::size_t index = witnesses_.size() - max_receivers + static_cast<std::size_t>(place);
-  Witness& w = witnesses_[index];
+  Witness& w = witnesses_[witnesses_.size() - max_receivers + static_cast<std::size_t>(place)];
   w.sources |= set_of(source);
   const integrity::Copies& copies = copies_[static_cast<std::size_t>(place)];
   const auto& message = copies_[static_cast<std::size_t>(place)].note(source, o.epoch, fix);
@@ -157,14 +146,7 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
     station.counted = message.epoch;
   }
   if (w.series.knows(o.epoch) || stations_[static_cast<std::size_t>(source)].odd > 0) return;
-  Repeated& repeated = repeated_[static_cast<std::size_t>(place)];
-  repeated.note(o.epoch, fix.position);
-  std::optional<Time>& repeats_since = standing_[index].repeats_since;
-  repeats_since.reset();
-  if (in_flight_ && repeated.too_often()) {
-    repeats_since = repeated.since;
-    return;
-  }
+  if (is_repeated(static_cast<std::size_t>(place), o)) return;
   integrity::RawMeasurement raw;
   raw.epoch = o.epoch;
   raw.z = fix.position.m;
@@ -174,6 +156,21 @@ void Judge::note_fix(SourceId source, const Observation& o, const Fix& fix) {
   raw.sigma_vertical_m = std::max(fix.sigma_vertical_m, receiver_.sigma_vertical_m);
   raw.sigma_velocity_m_s = std::max(fix.sigma_velocity_m_s, receiver_.sigma_velocity_m_s);
   w.series.note(raw);
+}
+
+bool Judge::is_repeated(std::size_t place, const Observation& o) {
+  Repeated& r = repeated_[place];
+  if (o.epoch > r.newest) {  // else it is a copy, or late
+    r.newest = o.epoch;
+    const Measurement m{.epoch = o.epoch, .measured = o.measured, .in_flight = in_flight_};
+    std::optional<Time>& repeats_since = standing_[witnesses_.size() - max_receivers + place].repeats_since;
+    repeats_since.reset();
+    if (is_frozen(r.last, m, {})) {
+      r.from = repeats_since = r.last.since;
+      r.until = o.epoch;
+    }
+  }
+  return r.covers(o.epoch);
 }
 
 std::span<const Judgement> Judge::judge(const JudgedTick& tick, std::span<const ChainState> chains,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <downrange/est/filter/estimates.hpp>
+#include <downrange/est/method/source_checks.hpp>
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
@@ -110,19 +111,18 @@ class Judge {
     /// Guilty of what only a break with its own past can end: its biases and the pad are no witnesses any more.
     Finding held_for = Finding::None;
     Time held_onset;
-    /// A receiver that repeats one position to the bit in flight: its first. The methods refuse such fixes, and here
-    /// they are no witness: nothing is to be undone, and nobody has to wait for it to agree again.
+    /// A receiver that is frozen, as the methods have it (is_frozen): its first fix of those that are equal. The
+    /// methods refuse the others, and here they are no witness: nothing is to be undone, and nobody has to wait for it.
     std::optional<Time> repeats_since;
     bool active = false;  ///< heard, not inhibited
   };
-  /// The newest position of a receiver, and for how many fixes it has told it.
+  /// Of a receiver: what it repeats, and the newest time that it was frozen (after `from`, to `until`).
   struct Repeated {
-    Position<Ecef> position;
-    Time since;
+    LastFix last;
     Time newest;
-    int times = 0;
-    void note(Time epoch, const Position<Ecef>& told);
-    [[nodiscard]] bool too_often() const;
+    std::optional<Time> from;
+    Time until;
+    [[nodiscard]] bool covers(Time epoch) const { return from && epoch > *from && epoch <= until; }
   };
   struct Station {
     Judgement judgement;
@@ -142,6 +142,7 @@ class Judge {
   };
 
   void note_fix(SourceId source, const Observation& o, const Fix& fix);
+  [[nodiscard]] bool is_repeated(std::size_t place, const Observation& o);
   [[nodiscard]] int receiver_place(const Name& receiver);
   void follow_reference(Time epoch, std::span<const ChainState> chains);
   void form_samples(Time epoch, bool in_flight);

@@ -308,8 +308,8 @@ void tie_to_bias(Hypothesis& h, int motion_at, const RadarModel& radar, const Ra
 void set_motion(Bank& bank, const ModelSet& set, int motion_at, const Gaussian<9>& motion);
 
 /// One interaction with the given switching probabilities. `motion_at`: the nine states; a ballistic model takes over
-/// position, velocity and biases of the others, while their specific force becomes its own prior. `scratch` has the
-/// size of the bank.
+/// position, velocity and biases of the others, while their specific force becomes its own prior. The position is known
+/// less where the models' forces differ (est/THEORY.md, "merged onsets"). `scratch` has the size of the bank.
 void mix(Bank& bank, const ModelSet& set, const Mat<3, 3>& switching, int motion_at, Bank& scratch);
 
 /// The interactions due until `to`, on a grid of UTC (coarser after a long silence), each after `predict(grid
