@@ -42,6 +42,7 @@ std::string accusation_of(const Integrity& record, std::size_t source) {
     case Finding::FineVelocity:
       return " does not move as its own velocity says" + (known ? ", by " + one_decimal(s.apart_m) + " m/s" : "");
     case Finding::Impossible:
+      if (known) return " leapt, and is " + distance_text(s.apart_m) + " off its own path";
       return " repeats one position in flight, to the bit,";
     case Finding::OffPad:
       return known ? " is " + distance_text(s.apart_m) + " off the pad" : "";

@@ -68,6 +68,8 @@ TEST(IntegrityText, EveryFindingSaysWhatSpeaksAgainstTheSource) {
             "jeju-tgs does not move as its own velocity says, by 41.2 m/s since T+5.0; excluded (coarse velocity)");
   EXPECT_EQ(said(Finding::Impossible, 0, 0),
             "jeju-tgs repeats one position in flight, to the bit, since T+5.0; excluded (impossible)");
+  EXPECT_EQ(said(Finding::Impossible, 200, 0),
+            "jeju-tgs leapt, and is 200 m off its own path since T+5.0; excluded (impossible)");
   EXPECT_EQ(said(Finding::DifferingCopy, 20, 0b001),
             "jeju-tgs relays another fix than goheung, 20 m off, since T+5.0; excluded (differing copy)");
   EXPECT_EQ(said(Finding::CommonBias, 480, 0),

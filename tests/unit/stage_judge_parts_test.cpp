@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <downrange/est/model/plot_model.hpp>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "../support/small_range.hpp"
@@ -202,6 +204,18 @@ TEST(BiasTest, WhereTheOtherRadarKnowsNothingYetNobodyIsBlamed) {
   EXPECT_EQ(blame(radars).disputed, only(0));
 }
 
+TEST(BiasTest, ClocksThatAreOffAlikeAreTheReceiversThoughEachIsWithinBelief) {
+  const std::vector<LearntBias> alike{learnt(0, 5), learnt(1, 4.6)};
+  EXPECT_FALSE(blame(alike).receivers);
+  EXPECT_GT(common_clock(alike).ratio, 1);
+  EXPECT_DOUBLE_EQ(common_clock(alike).apart_m, 500);
+  EXPECT_LT(common_clock(std::vector{learnt(0, 4), learnt(1, 4)}).ratio, 1);
+  EXPECT_EQ(common_clock(std::vector{learnt(0, 12), learnt(1, 1)}).ratio, 0) << "one radar's own";
+  EXPECT_EQ(common_clock(std::vector{learnt(0, 12), learnt(1, -12)}).ratio, 0);
+  EXPECT_EQ(common_clock(std::vector{learnt(0, 12), learnt(1, 12, 0.95)}).ratio, 0) << "the other is not known yet";
+  EXPECT_EQ(common_clock(std::vector{learnt(0, 12)}).ratio, 0);
+}
+
 TEST(BiasTest, APosteriorFarBeyondItsPriorIsImplausible) {
   const BiasModel prior = bias_model({BiasBlock::Polar, BiasBlock::Time});
   BiasEstimate bias;
@@ -264,6 +278,30 @@ TEST(Witness, AMountWandersAsTheMethodsHaveItUntilAReceiverIsHeard) {
 
 /// A target that crosses north in half a second, 40 km from a radar whose place is certain and whose azimuth's scale is
 /// not: the step of 2 pi times the scale is no break with its past, ten times as much is.
+/// Of a receiver that samples once a second and jumps by these vectors (m east) at these seconds: whether it is said to
+/// have leapt, after each second.
+std::string leaps(const std::map<int, double>& jumps, int seconds_flown, bool alone = true) {
+  Leap leap;
+  std::string said;
+  for (int t = 0; t < seconds_flown; ++t) {
+    OwnPast jump{.ratio = 0.1, .apart_m = 5, .step_m = {1, 0, 0}};
+    if (const auto at = jumps.find(t); at != jumps.end())
+      jump = {.ratio = 100, .apart_m = std::abs(at->second), .step_m = {at->second, 0, 0}};
+    leap.note(liftoff + seconds(t), jump, alone);
+    said += leap.since() ? '!' : '.';
+  }
+  return said;
+}
+
+TEST(OwnPast, ALeapLastsUntilItIsTakenBackOrHalfAMinute) {
+  EXPECT_EQ(leaps({{10, 500}, {15, -480}}, 20), "...........!!!!.....");
+  EXPECT_EQ(leaps({{10, 250}, {11, 250}, {15, -250}, {16, -250}}, 20), "............!!!!....") << "in two samples";
+  EXPECT_EQ(leaps({{10, 500}, {11, -500}}, 20), std::string(20, '.')) << "one wild fix";
+  EXPECT_EQ(leaps({{4, 500}}, 20), std::string(20, '.')) << "no quiet past";
+  EXPECT_EQ(leaps({{10, 500}}, 20, false), std::string(20, '.')) << "others will tell";
+  EXPECT_EQ(leaps({{10, 500}}, 50), std::string(11, '.') + std::string(30, '!') + std::string(9, '.'));
+}
+
 TEST(OwnPast, CrossingNorthIsNoBreak) {
   RangeConfig range = test::small_range();
   range.radars[0].bias.blocks = {BiasBlock::Polar};

@@ -196,6 +196,59 @@ TEST(Judge, AReceiverThatRepeatsItsFixIsSuspectUntilItMoves) {
   }
 }
 
+/// Before any radar hears the vehicle nobody can contradict a receiver but its own past.
+TEST(Judge, AReceiverThatLeapsWhileItIsAloneIsExcludedUntilItLeapsBack) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 60);
+  for (sim::RadarScenario& radar : scenario.radars) radar.track.first = 55;
+  scenario.gps.faults.push_back({{2, 20}, {0, 200, 0}, {0, 0, 0}});
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events(), gps);
+  ASSERT_FALSE(f.said.empty());
+  EXPECT_EQ(f.said.front().judgement.why, Finding::Impossible);
+  EXPECT_NEAR(f.said.front().judgement.apart_m, 200, 30);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_LE(*excluded, 4.5) << described(f);
+  const auto back = f.first(first_station, IntegrityVerdict::Agrees, *excluded);
+  ASSERT_TRUE(back) << described(f);
+  EXPECT_NEAR(*back, 20.7, 0.7) << described(f);
+  EXPECT_FALSE(f.first(first_station, IntegrityVerdict::Excluded, *back)) << described(f);
+}
+
+/// With nobody to ask for good, a range that has this receiver only is not left without any.
+TEST(Judge, AReceiverThatStaysWhereItLeaptIsBelievedAgainAfterHalfAMinute) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 80);
+  scenario.radars.clear();
+  scenario.gps.faults.push_back({{20, 1000}, {0, 200, 0}, {0, 0, 0}});
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events(), gps);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  const auto back = f.first(first_station, IntegrityVerdict::Agrees, *excluded);
+  ASSERT_TRUE(back) << described(f);
+  EXPECT_NEAR(*back, 51, 2) << described(f);
+}
+
+/// A radar that is first heard while the receiver lies has no earlier measure of how they differ: what it compares
+/// later begins where the receiver told the truth again.
+TEST(Judge, WhatAReceiverSaidWhileItWasExcludedIsNoMeasureForARadarThatCameMeanwhile) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 120);
+  scenario.gps.faults.push_back({{40, 60}, {200, 0, 0}, {0, 0, 0}});
+  const JudgedFlight f = judged(range, sim::Simulation(scenario, 1).events(), gps);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_LE(*excluded, 43) << described(f);
+  const auto back = f.first(first_station, IntegrityVerdict::Agrees, *excluded);
+  ASSERT_TRUE(back) << described(f);
+  EXPECT_LE(*back, 72) << described(f);
+  for (const Said& s : f.said) {
+    if (s.t_s > *back) {
+      EXPECT_EQ(s.judgement.verdict, IntegrityVerdict::Agrees) << described(f);
+    }
+  }
+}
+
 TEST(Judge, ADatumIsSeenOnThePad) {
   const RangeConfig range = judged_range();
   sim::Scenario scenario = judged_launch(range, 2);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <downrange/est/filter/consistency.hpp>
+#include <limits>
 
 namespace downrange::integrity {
 namespace {
@@ -19,6 +20,8 @@ constexpr double well_known = 0.5;
 /// The same term of two radars is common to them where one is no smaller than this share of the other.
 constexpr double alike_term = 0.5;
 constexpr double alike_displacement = 0.3;
+/// Of the mean of the radars' clocks, in its sigmas: the quantile at 1e-6 is 4.9.
+constexpr double clock_beyond_belief = 6;
 constexpr double sound = 2;  // prior sigmas: below, nothing is to be said against a bias
 
 struct Block {
@@ -115,6 +118,26 @@ BiasBlame blame(std::span<const LearntBias> radars) {
   }
   if (result.receivers) result.radars = result.disputed = 0;
   return result;
+}
+
+CommonClock common_clock(std::span<const LearntBias> radars) {
+  constexpr auto clock = static_cast<std::size_t>(BiasTerm::TimeTag);
+  double sum = 0;
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  double apart_m = 0;
+  int known = 0;
+  for (const LearntBias& r : radars) {
+    if (r.ignorance[clock] > well_known) continue;
+    ++known;
+    sum += r.excess[clock];
+    least = std::min(least, r.excess[clock]);
+    most = std::max(most, r.excess[clock]);
+    apart_m = std::max(apart_m, r.displacement.norm());
+  }
+  const bool alike = least * most > 0 && std::min(least / most, most / least) >= alike_term;
+  if (known < 2 || !alike) return {};
+  return {sum * sum / known / (clock_beyond_belief * clock_beyond_belief), apart_m};
 }
 
 }  // namespace downrange::integrity

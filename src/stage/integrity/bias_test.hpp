@@ -51,4 +51,12 @@ struct BiasBlame {
 };
 [[nodiscard]] BiasBlame blame(std::span<const LearntBias> radars);
 
+/// The clocks of all radars would be off alike, each perhaps within belief, together beyond it: chi2 of their mean over
+/// its threshold, and how far that moves the target. Then it is the receiver's clock. Nothing of fewer than two radars.
+struct CommonClock {
+  double ratio = 0;
+  double apart_m = 0;
+};
+[[nodiscard]] CommonClock common_clock(std::span<const LearntBias> radars);
+
 }  // namespace downrange::integrity

@@ -245,11 +245,10 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
   Witness& witness = witnesses_[static_cast<std::size_t>(index)];
   Standing& standing = standing_[static_cast<std::size_t>(index)];
   const auto& samples = witness.series.samples();
-  if (!samples.empty()) {
-    const integrity::OwnPast jump = own_jump(witness, samples.newest(), sample, threshold_);
-    sample.own_break = jump.ratio;
-    sample.own_break_m = jump.apart_m;
-  }
+  integrity::OwnPast jump;
+  if (!samples.empty()) jump = own_jump(witness, samples.newest(), sample, threshold_);
+  sample.own_break = jump.ratio;
+  sample.own_break_m = jump.apart_m;
   witness.series.keep(sample);
   if (sample.own_break >= 1 && standing.held_for != Finding::None) {
     standing.held_for = Finding::None;
@@ -264,6 +263,8 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
       own = recent >= 1 ? integrity::OwnPast{} : own_velocity(witness, velocity_span_s, velocity_lag_s, threshold_);
     }
     standing.velocity.judge(sample.epoch, own.ratio, own.apart_m);
+    standing.leap.note(sample.epoch, jump, !undecided_third(sample.epoch, only(index)));
+    if (standing.leap.since() && is_compared(index) && agrees_again(index)) standing.leap.forget();
   }
   if (pad_test_ && !in_flight) {
     const integrity::TestResult off = (*pad_test_)(witness, threshold_);
@@ -312,13 +313,17 @@ void Judge::judge_biases(Time epoch, std::span<const BiasEstimate> biases) {
     learnt.implausible = s.bias.guilty;
     learnt_.push_back(learnt);
   }
-  const integrity::BiasBlame blame = integrity::blame(learnt_);
+  integrity::BiasBlame blame = integrity::blame(learnt_);
+  const integrity::CommonClock clock = integrity::common_clock(learnt_);
+  common_clock_.judge(epoch, clock.ratio, clock.apart_m);
+  if (common_clock_.guilty) blame = {.receivers = true};
   disputed_ = blame.disputed;
   for (std::size_t w = 0; w < witnesses_.size(); ++w) {
     Standing& s = standing_[w];
     if (!s.active || excluded(static_cast<int>(w)) || s.held_for != Finding::None) continue;
     const bool receiver = witnesses_[w].is_receiver();
     if (receiver && blame.disputed != 0) disputed_ |= only(static_cast<int>(w));
+    if (receiver && common_clock_.guilty) s.bias = common_clock_;
     if (receiver && (blame.receivers || blame.disputed != 0)) {
       for (const integrity::LearntBias& r : learnt_) {
         if (r.implausible) s.bias = standing_[static_cast<std::size_t>(r.witness)].bias;

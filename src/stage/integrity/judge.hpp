@@ -17,6 +17,7 @@
 #include "bias_test.hpp"
 #include "copies.hpp"
 #include "identification.hpp"
+#include "own_past.hpp"
 #include "pad_test.hpp"
 #include "pair.hpp"
 #include "reference_track.hpp"
@@ -108,6 +109,7 @@ class Judge {
     AloneTest velocity;
     AloneTest pad;
     AloneTest bias;
+    integrity::Leap leap;  ///< of a receiver
     /// Guilty of what only a break with its own past can end: its biases and the pad are no witnesses any more.
     Finding held_for = Finding::None;
     Time held_onset;
@@ -161,6 +163,7 @@ class Judge {
   [[nodiscard]] Finding guilty_alone(int witness) const;
   [[nodiscard]] bool excluded(int witness) const;
   [[nodiscard]] bool explained(int witness, integrity::WitnessSet guilty) const;
+  [[nodiscard]] bool is_compared(int witness) const;  ///< with any other, ever
   [[nodiscard]] bool agrees_again(int witness) const;
   [[nodiscard]] Time undone_from(int witness, Time onset) const;
   [[nodiscard]] double own_break_about(int witness, Time onset) const;
@@ -188,6 +191,7 @@ class Judge {
   std::vector<integrity::Character> characters_;  ///< scratch
   std::vector<integrity::LearntBias> learnt_;     ///< scratch
   integrity::WitnessSet disputed_ = 0;            ///< by what GPS taught of biases
+  AloneTest common_clock_;                        ///< of the receivers, by the radars' clocks
   std::optional<Time> tied_since_;
   bool in_flight_ = false;
   std::vector<Judgement> judgements_;  ///< by SourceId

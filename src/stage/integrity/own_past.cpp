@@ -13,6 +13,9 @@ constexpr double unforeseen_m_s2 = 15;
 constexpr double deepest_m = -2000;
 constexpr double acceleration_max_m_s2 = 100;
 constexpr double sigmas = 6;
+constexpr Duration quiet_past = milliseconds(8000);
+constexpr double back = 0.3;  // of the largest jump: less is left where it has jumped back
+constexpr Duration unsaid = milliseconds(30'000);
 
 double since(const Sample& before, const Sample& now) { return (now.epoch - before.epoch).seconds(); }
 
@@ -39,7 +42,7 @@ OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now
     const Mat<3, 3> S =
         noise_of(before) + noise_of(now) +
         (slow * witness.slow_sigma_m * witness.slow_sigma_m + surprise_m * surprise_m) * Mat<3, 3>::Identity();
-    return {threshold.ratio(step, S, true), step.norm()};
+    return {threshold.ratio(step, S, true), step.norm(), step};
   }
   const BiasVector none = BiasVector::Zero();
   const PredictedPlot then = predict_plot(witness.model, before.motion, none);
@@ -59,7 +62,8 @@ OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now
                       by_bias * witness.prior.cov * by_bias.transpose() + north_jump(expected.d_bias, witness.prior);
   const double range = ranged ? now.z[0] : 0;
   return {threshold.ratio(step, S, ranged),
-          Vec<3>(ranged ? step[0] : 0, range * std::cos(now.z[2]) * step[1], range * step[2]).norm()};
+          Vec<3>(ranged ? step[0] : 0, range * std::cos(now.z[2]) * step[1], range * step[2]).norm(),
+          {}};
 }
 
 OwnPast own_velocity(const Witness& receiver, double span_s, double lag_s, const Threshold& threshold) {
@@ -91,6 +95,25 @@ OwnPast own_velocity(const Witness& receiver, double span_s, double lag_s, const
     return {threshold.ratio(mismatch, S, true), mismatch.norm()};
   }
   return {};
+}
+
+void Leap::note(Time at, const OwnPast& jump, bool alone) {
+  const bool jumps = jump.ratio >= 1;
+  if (leapt_ && at - *leapt_ > unsaid) forget();
+  if (!leapt_) {
+    if (!quiet_from_ || (jumps && at - *quiet_from_ < quiet_past)) {
+      quiet_from_ = at;
+      return;
+    }
+    if (!jumps || !alone) return;
+    leapt_ = at;
+  } else if (!jumps) {
+    stays_ = true;
+    return;
+  }
+  by_m_ += jump.step_m;
+  largest_m_ = std::max(largest_m_, by_m_.norm());
+  if (by_m_.norm() <= back * largest_m_) forget();
 }
 
 bool impossible(const Witness& witness) {

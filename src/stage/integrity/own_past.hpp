@@ -3,13 +3,16 @@
 /// fix: by its own velocity). Tells who of two that disagree broke with the past; and finds velocities that are not
 /// those of the positions.
 
+#include <optional>
+
 #include "difference.hpp"
 
 namespace downrange::integrity {
 
 struct OwnPast {
-  double ratio = 0;    ///< chi2 over its threshold
-  double apart_m = 0;  ///< or m/s
+  double ratio = 0;                ///< chi2 over its threshold
+  double apart_m = 0;              ///< or m/s
+  Vec<3> step_m = Vec<3>::Zero();  ///< a receiver's jump, ECEF
 };
 
 /// A jump: `now` against `before`, at most two seconds apart; else nothing.
@@ -19,6 +22,25 @@ struct OwnPast {
 /// Of a receiver: the slope of its positions over the last `span_s` seconds against the velocities that it told
 /// meanwhile, in m/s. `lag_s`: how late a velocity may be for the position told with it.
 [[nodiscard]] OwnPast own_velocity(const Witness& receiver, double span_s, double lag_s, const Threshold& threshold);
+
+/// The jumps of a receiver beside which nobody else is heard: no vehicle leaps, so its past tells which side is wrong.
+/// Not told of one that had no quiet past, nor of a single wild fix; taken back when it has jumped back.
+class Leap {
+ public:
+  /// Each sample in turn; `alone`: no other witness is heard.
+  void note(Time at, const OwnPast& jump, bool alone);
+  /// Since when it is elsewhere than it was before it leapt. For half a minute: then nobody has contradicted it.
+  [[nodiscard]] std::optional<Time> since() const { return stays_ ? leapt_ : std::nullopt; }
+  [[nodiscard]] double apart_m() const { return by_m_.norm(); }
+  void forget() { *this = {}; }
+
+ private:
+  std::optional<Time> quiet_from_;
+  std::optional<Time> leapt_;
+  Vec<3> by_m_ = Vec<3>::Zero();
+  double largest_m_ = 0;
+  bool stays_ = false;
+};
 
 /// What no vehicle does: below ground, beyond 100 m/s^2. Of the newest sample.
 [[nodiscard]] bool impossible(const Witness& witness);

@@ -125,6 +125,15 @@ double Pair::doubt_since(Time onset) const {
   return std::min(value_, value_before_);
 }
 
+void Pair::forget(Time from, Time until) {
+  not_before_ = std::max(not_before_, until);
+  for (auto* references : {&learnt_, &prior_}) {
+    for (std::optional<Reference>& r : *references) {
+      if (r && r->epoch >= from && r->epoch < until) r.reset();
+    }
+  }
+}
+
 Duration Pair::agreement() const { return compared_ && passing_ > 0 ? *compared_ - agrees_since_ : Duration{0}; }
 
 }  // namespace downrange::integrity

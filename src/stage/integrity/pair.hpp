@@ -41,6 +41,8 @@ class Pair {
   [[nodiscard]] Time onset() const { return onset_; }
   /// How long they have agreed, without a break, at the newest instant compared.
   [[nodiscard]] Duration agreement() const;
+  /// One of them lied meanwhile, seen here or not: what was sampled then is no measure.
+  void forget(Time from, Time until);
 
  private:
   /// Of references, while they agree: five seconds, twelve, thirty (at the beginning ten).
@@ -72,7 +74,7 @@ class Pair {
   Time calm_;            ///< newest instant of little doubt
   Time onset_;
   Time agrees_since_;
-  Time not_before_;  ///< what was sampled while they disagreed is no measure
+  Time not_before_;  ///< what was sampled while they disagreed, or one of them lied, is no measure
 };
 
 }  // namespace downrange::integrity

@@ -54,6 +54,7 @@ Finding Judge::guilty_alone(int witness) const {
   const Standing& s = standing_[static_cast<std::size_t>(witness)];
   if (!s.active) return Finding::None;
   if (s.held_for != Finding::None) return s.held_for;
+  if (s.leap.since()) return Finding::Impossible;
   if (s.velocity.guilty) return Finding::CoarseVelocity;
   if (s.pad.guilty) return Finding::OffPad;
   return Finding::None;
@@ -173,6 +174,10 @@ bool Judge::explained(int witness, WitnessSet guilty) const {
       pairs_, [&](const Pair& p) { return p.has(witness) && p.fails() && has(guilty, p.other(witness)); });
 }
 
+bool Judge::is_compared(int witness) const {
+  return std::ranges::any_of(pairs_, [&](const Pair& p) { return p.has(witness) && p.compared(); });
+}
+
 bool Judge::agrees_again(int witness) const {
   std::optional<Time> newest;
   for (const Pair& p : pairs_) {
@@ -181,7 +186,8 @@ bool Judge::agrees_again(int witness) const {
     if (p.fails()) return false;
     newest = newest ? std::max(*newest, *p.compared()) : *p.compared();
   }
-  if (!newest) return false;
+  // With nobody to agree with it is enough that it is guilty of nothing any more.
+  if (!newest) return !is_compared(witness);
   return std::ranges::all_of(pairs_, [&](const Pair& p) {
     if (!p.has(witness) || !p.compared() || excluded(p.other(witness))) return true;
     if (!standing_[static_cast<std::size_t>(p.other(witness))].active || *newest - *p.compared() > recent) return true;
@@ -191,6 +197,12 @@ bool Judge::agrees_again(int witness) const {
 
 void Judge::set_verdict(int witness, IntegrityVerdict verdict, Time epoch) {
   Judgement& j = standing_[static_cast<std::size_t>(witness)].judgement;
+  if (j.verdict == IntegrityVerdict::Excluded && verdict != IntegrityVerdict::Excluded) {
+    const Time right_since = j.why == Finding::Impossible ? epoch : epoch - settings_.readmit_after;
+    for (Pair& p : pairs_) {
+      if (p.has(witness)) p.forget(j.onset, right_since);
+    }
+  }
   if (verdict == IntegrityVerdict::Agrees) {
     j.why = Finding::None;
     j.against = 0;
@@ -247,11 +259,13 @@ void Judge::describe(int witness) {
     }
   } else if (alone != Finding::None) {
     j.why = alone;
+    const bool leap = alone == Finding::Impossible;
     const bool velocity = alone == Finding::CoarseVelocity;
     const bool pad = alone == Finding::OffPad;
     const AloneTest& test = velocity ? s.velocity : pad ? s.pad : s.bias;
-    j.apart_m = test.apart_m;
-    onset = onset ? std::min(*onset, test.calm_at) : test.calm_at;
+    const Time began = leap ? *s.leap.since() : test.calm_at;
+    j.apart_m = leap ? s.leap.apart_m() : test.apart_m;
+    onset = onset ? std::min(*onset, began) : began;
   }
   if (begins) j.onset = *onset;
   j.onset = std::min(j.onset, *onset);
@@ -259,7 +273,10 @@ void Judge::describe(int witness) {
 }
 
 Time Judge::undone_from(int witness, Time onset) const {
-  if (guilty_alone(witness) == Finding::OffPad) return before_all;
+  const Finding alone = guilty_alone(witness);
+  if (alone == Finding::OffPad) return before_all;
+  // Clocks are told late: what they say now has been so for long.
+  if (alone == Finding::CommonBias && common_clock_.guilty) return before_all;
   const bool agreed_before = std::ranges::any_of(
       pairs_, [&](const Pair& p) { return p.has(witness) && p.known_for(onset) >= long_agreement; });
   return agreed_before ? onset - slow_beginning : before_all;
