@@ -110,6 +110,32 @@ TEST(Integrity, TheOtherChainsFollowSuitSoThatASecondLiarIsUndoneAsWell) {
   EXPECT_LT(centre.error_m(36), 60);
 }
 
+/// A source that came back to the truth by itself: run again without what it said before, heard from then on.
+TEST(Integrity, WhatAReturnedSourceTaughtBeforeIsUndoneAndItIsHeardFromThen) {
+  const RangeConfig range = judged_range();
+  const Script back = [](double t, std::vector<Judgement>& verdicts) {
+    for (SourceId id = 0; id < static_cast<SourceId>(verdicts.size()); ++id) {
+      std::optional<Time>& from = verdicts[static_cast<std::size_t>(id)].true_from;
+      from.reset();
+      if (id == jeju && t == 26) from = liftoff + seconds(24);
+    }
+  };
+  Centre centre(range, back);
+  const std::vector<Event> events = with_jeju_lying(range, 30, 24);
+  centre.handle(events);
+  Centre never_heard(range);
+  for (const Event& e : events) {
+    const auto* plot = std::get_if<RadarTspi>(&e);
+    if (plot == nullptr || plot->sensor != range.radars[1].id || plot->epoch >= liftoff + seconds(24))
+      never_heard.handle(e);
+  }
+  EXPECT_EQ(centre.estimate(29)->mean, never_heard.estimate(29)->mean);
+  EXPECT_EQ(centre.estimate(29)->cov, never_heard.estimate(29)->cov);
+  Centre always_heard(range);
+  always_heard.handle(events);
+  EXPECT_NE(centre.estimate(29)->mean, always_heard.estimate(29)->mean);
+}
+
 TEST(Integrity, ALieOlderThanAllStatesLeavesTheChainWithoutTheLiarUntilItIsBelievedAgain) {
   const RangeConfig range = judged_range();
   Centre centre(range, excluded(set_of(jeju), 90, 2, 105));

@@ -302,6 +302,31 @@ TEST(OwnPast, ALeapLastsUntilItIsTakenBackOrHalfAMinute) {
   EXPECT_EQ(leaps({{10, 500}}, 50), std::string(11, '.') + std::string(30, '!') + std::string(9, '.'));
 }
 
+/// A receiver that jumped at 0 s by 300 m, and what a radar's tests make of it with and without the jump, each second.
+TEST(OwnPast, TheFirstRadarTellsOnWhichSideOfItsJumpAReceiverWasRight) {
+  const auto judged = [](std::initializer_list<std::pair<double, double>> tests, int first_s = 1) {
+    Return back;
+    back.jumped(liftoff, {300, 0, 0});
+    int t = first_s;
+    for (const auto& [ratio, without_jump] : tests) back.judge(liftoff + seconds(t++), ratio, without_jump);
+    return back;
+  };
+  const Return right = judged({{0.01, 0.3}, {0.01, 0.3}, {0.02, 0.3}});
+  EXPECT_EQ(right.since(), liftoff);
+  EXPECT_FALSE(right.jump()) << "judged";
+  EXPECT_FALSE(judged({{0.01, 0.3}, {0.01, 0.3}}).since());
+  EXPECT_FALSE(judged({{0.01, 0.3}, {0.01, 0.1}, {0.01, 0.3}, {0.01, 0.3}}).since()) << "not in a row";
+  EXPECT_FALSE(judged({{0.3, 0.01}, {0.3, 0.01}, {0.3, 0.01}}).since()) << "the other side is likelier";
+  const Return liar = judged({{1.5, 9}});
+  EXPECT_FALSE(liar.jump()) << "wrong on both sides: others will tell";
+  EXPECT_FALSE(judged({{0.01, 0.3}, {0.01, 0.3}, {0.02, 0.3}}, 31).since()) << "too long ago";
+
+  Return in_two;
+  in_two.jumped(liftoff, {150, 0, 0});
+  in_two.jumped(liftoff + seconds(1), {150, 0, 0});
+  EXPECT_EQ(in_two.step_m(), Vec<3>(300, 0, 0));
+}
+
 TEST(OwnPast, CrossingNorthIsNoBreak) {
   RangeConfig range = test::small_range();
   range.radars[0].bias.blocks = {BiasBlock::Polar};

@@ -249,6 +249,32 @@ TEST(Judge, WhatAReceiverSaidWhileItWasExcludedIsNoMeasureForARadarThatCameMeanw
   }
 }
 
+/// Drawn off from lift-off on, and true again as the first radar acquires: what it taught until then is undone.
+TEST(Judge, AReceiverThatIsTrueAgainAsTheFirstRadarComesIsBelievedFromThen) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 29);  // the chains of this test do not undo anything
+  for (sim::RadarScenario& radar : scenario.radars) radar.track.first = 20.2;
+  const Fault drawn_off = [](Event& event, double t_s) {
+    auto* fix = std::get_if<GpsFix>(&event);
+    if (fix == nullptr || t_s < 2 || t_s >= 20) return;
+    const double since_s = t_s - 2;
+    const auto R = enu_from_ecef_at(geodetic_from_ecef(fix->position)).inverse();
+    fix->position = fix->position + R * Displacement<Enu>{{0, 1.5 * since_s * since_s, 0}};
+    fix->velocity.m_s += (R * Displacement<Enu>{{0, 3 * since_s, 0}}).m;
+  };
+  const JudgedFlight f = judged(range, with_fault(sim::Simulation(scenario, 1), drawn_off));
+  std::vector<double> from_s;
+  for (const Said& s : f.said) {
+    if (s.judgement.true_from) from_s.push_back((*s.judgement.true_from - liftoff).seconds());
+    EXPECT_TRUE(contains(gps, s.source)) << described(f);
+    EXPECT_NE(s.judgement.verdict, IntegrityVerdict::Excluded) << described(f);
+  }
+  EXPECT_EQ(from_s, (std::vector<double>{20, 20})) << "once for each station\n" << described(f);
+  const auto suspect = f.first(first_station, IntegrityVerdict::Suspect);
+  ASSERT_TRUE(suspect) << described(f);
+  EXPECT_LE(*suspect, 24) << described(f);
+}
+
 TEST(Judge, ADatumIsSeenOnThePad) {
   const RangeConfig range = judged_range();
   sim::Scenario scenario = judged_launch(range, 2);

@@ -184,8 +184,10 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
                                        t.states, biases_);
 
   SourceSet excluded = 0;
+  SourceSet back = 0;
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
     const auto i = static_cast<std::size_t>(id);
+    if (verdicts[i].true_from) back |= set_of(id);
     if (verdicts[i].verdict == IntegrityVerdict::Excluded && !contains(will.forced, id)) excluded |= set_of(id);
     if (verdicts[i].verdict != t.verdicts[i].verdict) t.changed = true;
     t.verdicts[i] = verdicts[i];
@@ -205,6 +207,12 @@ void IntegrityStage::judge(int target, Time tick, const OperatorWill& will) {
     } else if (contains(before & ~out, id)) {
       exclusions_.close(target, id, tick);
     }
+  }
+  for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
+    if (!contains(back & ~out, id)) continue;
+    const Time from = *t.verdicts[static_cast<std::size_t>(id)].true_from;
+    exclude(target, id, from - kept_for);
+    exclusions_.close(target, id, from);
   }
   if (acquitted != 0) for_each_chain_of(t, [&](Chain& c) { c.believe(target, acquitted); });
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <downrange/est/model/plot_model.hpp>
 
+#include "exclusions.hpp"
 #include "own_past.hpp"
 
 namespace downrange {
@@ -180,6 +181,7 @@ std::span<const Judgement> Judge::judge(const JudgedTick& tick, std::span<const 
   integrity::WitnessSet innocent = 0;
   for (std::size_t w = 0; w < witnesses_.size(); ++w) {
     const Witness& witness = witnesses_[w];
+    standing_[w].judgement.true_from.reset();
     standing_[w].active = witness.series.heard() && (witness.sources & ~tick.inhibited) != 0;
     if ((witness.sources & tick.forced) != 0) innocent |= only(static_cast<int>(w));
   }
@@ -263,6 +265,7 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
       own = recent >= 1 ? integrity::OwnPast{} : own_velocity(witness, velocity_span_s, velocity_lag_s, threshold_);
     }
     standing.velocity.judge(sample.epoch, own.ratio, own.apart_m);
+    if (jump.ratio >= 1 && !is_compared(index)) standing.back.jumped(sample.epoch, jump.step_m);
     standing.leap.note(sample.epoch, jump, !undecided_third(sample.epoch, only(index)));
     if (standing.leap.since() && is_compared(index) && agrees_again(index)) standing.leap.forget();
   }
@@ -288,6 +291,26 @@ void Judge::compare(int index, Time at, bool in_flight) {
     const Sample* b = second.series.at(at);
     if (a == nullptr || b == nullptr) continue;
     pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()), in_flight, threshold_);
+    if (first.is_receiver() && second.kind == WitnessKind::Radar) ask_radar(second, *b, pair.first(), *a);
+  }
+}
+
+void Judge::ask_radar(const Witness& radar, const Sample& seen, int receiver, const Sample& told) {
+  Standing& standing = standing_[static_cast<std::size_t>(receiver)];
+  if (!standing.back.jump()) return;
+  const Witness& witness = witnesses_[static_cast<std::size_t>(receiver)];
+  Sample without_jump = told;
+  without_jump.z -= standing.back.step_m();
+  const std::optional<Time> before = standing.back.since();
+  standing.back.judge(told.epoch, integrity::coarse_test(radar, seen, witness, told, threshold_).ratio,
+                      integrity::coarse_test(radar, seen, witness, without_jump, threshold_).ratio);
+  if (standing.back.since() == before) return;
+  // What was learnt from it until then is undone, here as in the chains.
+  standing.leap.forget();
+  standing.judgement.true_from = standing.back.since();
+  for (Witness& w : witnesses_) w.known.clear();
+  for (Pair& p : pairs_) {
+    if (p.has(receiver)) p.forget(before_all, *standing.back.since());
   }
 }
 

@@ -47,6 +47,8 @@ struct Judgement {
   double apart_m = 0;     ///< from them; m/s where `why` is about velocity
   double agree_m = 0;     ///< these agree among themselves within
   Name receiver;          ///< of a station: the receiver that is judged
+  /// Said once: it is believed, but only from then on; what it taught in the minute before is undone.
+  std::optional<Time> true_from{};
 };
 
 /// What else is known at a judged tick.
@@ -109,7 +111,9 @@ class Judge {
     AloneTest velocity;
     AloneTest pad;
     AloneTest bias;
-    integrity::Leap leap;  ///< of a receiver
+    integrity::Leap leap;    ///< of a receiver
+    integrity::Return back;  ///< of a receiver
+    bool is_back = false;    ///< a short while ago
     /// Guilty of what only a break with its own past can end: its biases and the pad are no witnesses any more.
     Finding held_for = Finding::None;
     Time held_onset;
@@ -150,6 +154,9 @@ class Judge {
   void form_samples(Time epoch, bool in_flight);
   void judge_sample(int witness, integrity::Sample sample, bool in_flight);
   void compare(int witness, Time at, bool in_flight);
+  /// Which side of its jump a receiver was right on, by the first radar that hears the vehicle.
+  void ask_radar(const integrity::Witness& radar, const integrity::Sample& seen, int receiver,
+                 const integrity::Sample& told);
   void judge_biases(Time epoch, std::span<const BiasEstimate> biases);
   void judge_stations(Time epoch, SourceSet forced);
   /// Which pairs count, and how far ties are broken.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <downrange/est/model/plot_model.hpp>
+#include <utility>
 
 namespace downrange::integrity {
 namespace {
@@ -16,6 +17,11 @@ constexpr double sigmas = 6;
 constexpr Duration quiet_past = milliseconds(8000);
 constexpr double back = 0.3;  // of the largest jump: less is left where it has jumped back
 constexpr Duration unsaid = milliseconds(30'000);
+constexpr Duration one_jump = milliseconds(1100);  // it may show in two samples
+constexpr double sound = 0.5;
+/// One side of the jump is wrong: a chi2 that differs by 6 says which at 20 to 1, with sites that may be 100 m off.
+constexpr double decisive = 0.2;
+constexpr int returns_in_a_row = 3;
 
 double since(const Sample& before, const Sample& now) { return (now.epoch - before.epoch).seconds(); }
 
@@ -114,6 +120,23 @@ void Leap::note(Time at, const OwnPast& jump, bool alone) {
   by_m_ += jump.step_m;
   largest_m_ = std::max(largest_m_, by_m_.norm());
   if (by_m_.norm() <= back * largest_m_) forget();
+}
+
+void Return::jumped(Time at, const Vec<3>& step_m) {
+  step_m_ = jump_ && at - *jump_ <= one_jump ? step_m_ + step_m : step_m;
+  jump_ = at;
+  in_a_row_ = 0;
+}
+
+void Return::judge(Time at, double ratio, double ratio_without_jump) {
+  if (!jump_ || at < *jump_) return;
+  if (ratio >= 1 || at - *jump_ > unsaid) {
+    jump_.reset();
+    return;
+  }
+  in_a_row_ = ratio < sound && ratio_without_jump - ratio >= decisive ? in_a_row_ + 1 : 0;
+  if (in_a_row_ < returns_in_a_row) return;
+  since_ = std::exchange(jump_, std::nullopt);
 }
 
 bool impossible(const Witness& witness) {

@@ -42,6 +42,26 @@ class Leap {
   bool stays_ = false;
 };
 
+/// A jump of a receiver that nobody could judge by then: the first radar that comes tells on which side of it the
+/// receiver was right. Where that is after the jump, what it said before was the lie.
+class Return {
+ public:
+  void jumped(Time at, const Vec<3>& step_m);
+  /// The last jump, for half a minute: not judged yet.
+  [[nodiscard]] const std::optional<Time>& jump() const { return jump_; }
+  [[nodiscard]] const Vec<3>& step_m() const { return step_m_; }
+  /// A radar's test of the receiver as it is, and as it would be had it not jumped, at an instant after the jump.
+  void judge(Time at, double ratio, double ratio_without_jump);
+  /// When it came back to the truth.
+  [[nodiscard]] const std::optional<Time>& since() const { return since_; }
+
+ private:
+  std::optional<Time> jump_;
+  std::optional<Time> since_;
+  Vec<3> step_m_ = Vec<3>::Zero();
+  int in_a_row_ = 0;
+};
+
 /// What no vehicle does: below ground, beyond 100 m/s^2. Of the newest sample.
 [[nodiscard]] bool impossible(const Witness& witness);
 

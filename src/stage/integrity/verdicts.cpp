@@ -154,6 +154,8 @@ void Judge::decide(const JudgedTick& tick, WitnessSet innocent) {
   }
   const Accusation suspected = accuse(Evidence::Doubtful, tick, innocent);
   for (int w = 0; w < static_cast<int>(witnesses_.size()); ++w) {
+    Standing& s = standing_[static_cast<std::size_t>(w)];
+    s.is_back = s.back.since() && epoch - *s.back.since() <= settings_.readmit_after;
     describe(w);
     set_verdict(w, verdict_on(w, named, suspected, tie_stands), epoch);
   }
@@ -166,7 +168,8 @@ IntegrityVerdict Judge::verdict_on(int w, const Accusation& named, const Accusat
   if (excluded(w) && !explained(w, named.guilty) && !agrees_again(w)) return IntegrityVerdict::Excluded;
   if (tie_stands && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
   if (s.judgement.verdict == IntegrityVerdict::Ambiguous && has(named.tied, w)) return IntegrityVerdict::Ambiguous;
-  return has(suspected.guilty, w) || s.repeats_since ? IntegrityVerdict::Suspect : IntegrityVerdict::Agrees;
+  const bool suspect = has(suspected.guilty, w) || s.repeats_since || s.is_back;
+  return suspect ? IntegrityVerdict::Suspect : IntegrityVerdict::Agrees;
 }
 
 bool Judge::explained(int witness, WitnessSet guilty) const {
@@ -234,7 +237,7 @@ void Judge::describe(int witness) {
   }
   const Finding alone = guilty_alone(witness);
   const bool disputed = has(disputed_, witness);
-  if (alone == Finding::None && against == 0 && !disputed && !s.repeats_since)
+  if (alone == Finding::None && against == 0 && !disputed && !s.repeats_since && !s.is_back)
     return;  // what was said of it before stands as long as its verdict does
   j.against = against;
   j.apart_m = apart_m;
@@ -247,7 +250,8 @@ void Judge::describe(int witness) {
   }
   if (alone == Finding::None && against == 0 && !disputed) {
     j.why = Finding::Impossible;
-    onset = s.repeats_since;
+    onset = s.repeats_since ? s.repeats_since : s.back.since();
+    if (!s.repeats_since) j.apart_m = s.back.step_m().norm();
   } else if (alone == Finding::None && against == 0) {
     j.why = Finding::ImplausibleBias;
     j.apart_m = s.bias.apart_m;
