@@ -148,6 +148,24 @@ TEST(Integrity, ALieOlderThanAllStatesLeavesTheChainWithoutTheLiarUntilItIsBelie
   EXPECT_EQ(centre.followed().chain, Name());
 }
 
+/// A source that was not heard before taught nothing: as another station of a receiver that was excluded for long.
+TEST(Integrity, ASourceThatIsExcludedAsItIsFirstHeardCostsNothing) {
+  const RangeConfig range = judged_range();
+  Centre centre(range, excluded(set_of(jeju), 110.1, -1000));
+  for (const Event& e : small_flight(range, 115, 4)) {
+    const auto* plot = std::get_if<RadarTspi>(&e);
+    if (plot == nullptr || plot->sensor != range.radars[1].id || plot->epoch >= liftoff + seconds(110))
+      centre.handle(e);
+  }
+  ASSERT_GT((centre.out.of<SlavingCommand>().back().tick - liftoff).seconds(), 114);
+  for (const SlavingCommand& c : centre.out.of<SlavingCommand>()) {
+    const double t = (c.tick - liftoff).seconds();
+    if (t > 110.5) {
+      EXPECT_EQ(c.chain, Name()) << t;
+    }
+  }
+}
+
 TEST(Integrity, TheBoundCoversOneLie) {
   const RangeConfig range = judged_range();
   const auto true_flight = small_flight(range, 60, 7);

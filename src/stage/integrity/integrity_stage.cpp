@@ -87,6 +87,7 @@ IntegrityStage::IntegrityStage(const RangeConfig& config, const MethodSettings& 
       for (const ChainPlan& plan : plans_.chains) t.others.emplace_back(plan, target, settings, make, coast_);
       t.judge = make_judge(config, sources_, target);
       t.verdicts.resize(sources_.size());
+      t.first_told.assign(sources_.size(), Time{std::numeric_limits<std::int64_t>::max()});
       t.states.resize(1 + t.others.size());
       t.alternatives.reserve(2 * units_.size());
       ::downrange::Integrity record;
@@ -107,6 +108,8 @@ bool IntegrityStage::process(const Observation& o, const Measurement& m) {
   t.in_flight = m.in_flight;
   if (o.verdict == Reason::Duplicate) logged.copies_before = log_.copies_of(logged);
   t.reported |= set_of(m.source);
+  Time& first_told = t.first_told[static_cast<std::size_t>(m.source)];
+  first_told = std::min(first_told, m.epoch);
   t.judge->note(m.source, o);
   ++arrived_;
   const MeasurementLog::Position at = log_.insert(logged);
@@ -234,11 +237,16 @@ void IntegrityStage::choose(int target, const OperatorWill& will) {
 }
 
 void IntegrityStage::exclude(int target, SourceId source, Time undone_from) {
-  Time from = before_all;
-  for (const Time instant : instants_) {
-    if (instant < undone_from) from = instant;
-  }
-  exclusions_.open(target, source, from);
+  const auto kept_before = [&](Time t) {
+    Time newest = before_all;
+    for (const Time instant : instants_) {
+      if (instant < t) newest = instant;
+    }
+    return newest;
+  };
+  exclusions_.open(target, source, kept_before(undone_from));
+  // Before it told anything it taught nothing: another station of a receiver that has been excluded for long.
+  const Time from = kept_before(std::max(undone_from, of(target).first_told[static_cast<std::size_t>(source)]));
   for_each_chain_of(of(target), [&](Chain& c) {
     if (!c.alone() && contains(c.sources(), source)) c.roll_back(target, set_of(source), from, log_);
   });

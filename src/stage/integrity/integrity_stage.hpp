@@ -85,6 +85,7 @@ class IntegrityStage {
     Time newest;                      ///< measurement of any source, excluded or not
     bool in_flight = false;           ///< as of its newest observation
     SourceSet reported = 0;           ///< the sources that told of it
+    std::vector<Time> first_told;     ///< by SourceId: its oldest measurement
     SourceSet excluded = 0;           ///< by verdict
     SourceSet inhibited = 0;          ///< by operators
     std::vector<Judgement> verdicts;  ///< by SourceId
