@@ -1,51 +1,20 @@
-/// The experiments' framework: runs on threads, figures, tables, JSON, pages.
+/// The experiments' framework: figures, tables, JSON, pages.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <stdexcept>
 
 #include "experiment/experiment.hpp"
 #include "experiment/launch_score.hpp"
-#include "experiment/parallel.hpp"
 #include "experiment/report.hpp"
 
 namespace downrange::experiment {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-TEST(ParallelRuns, ResultsStandInOrderOnAnyNumberOfThreads) {
-  const auto square = [](int i) { return i * i; };
-  for (const int jobs : {1, 3, 50}) {
-    double last = 0;
-    const std::vector<int> results = parallel_runs<int>(40, jobs, square, [&last](double done) {
-      EXPECT_GT(done, last);
-      last = done;
-    });
-    ASSERT_EQ(results.size(), 40u);
-    for (int i = 0; i < 40; ++i) EXPECT_EQ(results[static_cast<std::size_t>(i)], i * i);
-    EXPECT_EQ(last, 1);
-  }
-}
-
-TEST(ParallelRuns, ARunThatThrowsEndsTheOthers) {
-  std::atomic<int> ran{0};
-  const auto run = [&ran](int i) -> int {
-    if (i == 3) throw std::runtime_error("run 3");
-    ++ran;
-    return i;
-  };
-  for (const int jobs : {1, 3}) {
-    ran = 0;
-    EXPECT_THROW((void)parallel_runs<int>(10'000, jobs, run, [](double) {}), std::runtime_error);
-    EXPECT_LT(ran, 10'000);
-  }
-}
 
 TEST(Figure, IsReachedOnItsLimitAndNotByNan) {
   EXPECT_TRUE(at_most("", 1.10, 1.10).reached);
