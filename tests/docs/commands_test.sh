@@ -89,6 +89,13 @@ starts "downranged --config my-range.toml --clock range --archive live.mcap"
 run "downrange replay flight.mcap --config my-range.toml --clock range --dds"
 stops
 run "downrange diff flown.mcap live.mcap"
+starts "downranged --config my-range.toml --clock wall --set ingest.expect_simulated=true --archive now.mcap"
+run "downrange replay flight.mcap --config my-range.toml --clock wall --dds --rate 1"
+stops
+# Rehearsed as in operations it is the same flight: as many of each source's messages accepted as in the replay.
+accepted() { (cd "$work/scratch" && downrange report "$1" 2>/dev/null) | awk '/^Messages of each/ { on = 1 } on && $2 ~ /^[0-9]+$/ { print $1, $2 }'; }
+[[ -n $(accepted flown.mcap) && $(accepted flown.mcap) == "$(accepted now.mcap)" ]] ||
+  fail "the wall clock's flight is not the replayed one: $(accepted now.mcap | tr '\n' ' ')"
 
 # ---- tools/scenarios/faults/README.md
 cp "$source/tools/scenarios/launch.toml" "$source/tools/scenarios/faults/catalogue.toml" "$work/scratch"

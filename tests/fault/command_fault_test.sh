@@ -45,7 +45,7 @@ expect 2 "--rate" "$downrange" simulate "$naro" --scenario "$launch" --archive "
 expect 2 "where the flight shall go" "$downrange" simulate "$naro" --scenario "$launch"
 expect 1 "absent-scenario" "$downrange" simulate "$naro" --scenario "$work/absent-scenario" --archive "$work/x.mcap"
 expect 2 "dds.domain" "$downrange" watch "$naro" --domain 1000
-expect 1 "range clock" "$downrange" simulate "$naro" --scenario "$launch" --dds
+expect 1 "--clock range" "$downrange" simulate "$naro" --scenario "$launch" --dds --clock wall --rate 2
 
 expect 2 "launch" "$downrange" experiment nonesuch
 expect 2 "NAME" "$downrange" experiment

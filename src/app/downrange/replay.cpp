@@ -209,7 +209,10 @@ void add_replay(CLI::App& app, Run& run) {
   command->add_flag("--sort", o->sort,
                     "Read the whole archive first and replay its events in the order they were received: for files of "
                     "tools that merge or sort by topic");
-  command->add_flag("--dds", o->over_dds, "Publish the recorded messages to running nodes, on the range clock");
+  command->add_flag(
+      "--dds", o->over_dds,
+      "Publish the recorded messages to running nodes: on the range clock in lockstep, on the wall clock with "
+      "--rate 1 as if they came now, marked as simulated");
   command->add_option("--nodes", o->nodes,
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
   o->fault.add_to(*command);

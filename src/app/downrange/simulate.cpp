@@ -98,7 +98,9 @@ void add_simulate(CLI::App& app, Run& run) {
   command->add_option("CONFIG", o->dds.config, "Configuration of the range")->required();
   command->add_option("--scenario", o->scenario, "Scenario, e.g. tools/scenarios/launch.toml")->required();
   command->add_option("--seed", o->seed, "Draw noise and biases from this seed (default: the scenario's)");
-  command->add_flag("--dds", o->over_dds, "Publish as radars and telemetry stations do, on the range clock");
+  command->add_flag(
+      "--dds", o->over_dds,
+      "Publish as radars and telemetry stations do, on the range clock or as they would now, on the wall clock");
   command->add_option("--rate", o->rate, "Seconds of flight per second, or max")->capture_default_str();
   command->add_option("--nodes", o->nodes,
                       "Nodes that take part, comma-separated (default: dds.ingest_nodes and node.id)");
