@@ -145,7 +145,7 @@ void check_capabilities(const RangeConfig& range, const std::string& method, con
                     "\" does not support, allowed: one of " + show_texts(allowed));
 }
 
-/// Sources whose plots lack range or angles are of use to some methods only.
+/// Sources whose plots lack range or angles, and receivers alone, are of use to some methods only.
 void check_partial_plots(const RangeConfig& range, const std::vector<std::string>& known, const Checker& check) {
   const auto uses = [](const std::string& name) { return capabilities_of(name).partial_plots; };
   const bool used = std::ranges::any_of(range.fuse.methods, [&](const Name& method) {
@@ -162,6 +162,7 @@ void check_partial_plots(const RangeConfig& range, const std::vector<std::string
   require_user(!range.angle_sensors.empty(), "[[angle_sensor]]");
   require_user(std::ranges::any_of(range.radars, [](const RadarConfig& r) { return r.measures != MeasuredParts{}; }),
                "a [[radar]] without range or angles");
+  require_user(range.radars.empty() && range.angle_sensors.empty() && !range.telemetry.empty(), "[[telemetry]] alone");
 }
 
 /// What is asked for and no method takes. What holds by default is not asked for, though a file may say it.

@@ -116,10 +116,7 @@ Time epoch_of(const Event& event) {
 /// What arrives, in its order, from sources that are switched on.
 std::vector<Event> arrivals(const RecordedFlight& flight, const Replay& replay) {
   const auto is_off = [&](const Event& event) {
-    const auto* plot = std::get_if<RadarTspi>(&event);
-    const auto* fix = std::get_if<GpsFix>(&event);
-    const Name source = plot != nullptr ? plot->sensor : fix != nullptr ? fix->station : Name();
-    return std::find(replay.without.begin(), replay.without.end(), source) != replay.without.end();
+    return std::ranges::find(replay.without, source_of(event)) != replay.without.end();
   };
   std::vector<Event> events;
   for (const Event& event : flight.events) {

@@ -17,7 +17,7 @@ namespace {
   throw ScenarioError(catalogue.file.string() + ":" + std::to_string(line) + ": " + what);
 }
 
-/// The N of "radar:N", counted from 1; nothing for another word.
+/// The N of "target:N", counted from 1; nothing for another word.
 std::optional<std::size_t> number_behind(std::string_view word, std::string_view kind) {
   if (!word.starts_with(kind)) return std::nullopt;
   const std::string_view digits = word.substr(kind.size());
@@ -40,7 +40,7 @@ std::string_view word_of(SourceKind kind) {
 }
 
 /// Which sources of `kind` the word means; nothing: it is no pattern.
-std::optional<std::vector<Name>> meant_by_pattern(const std::string& word, const SourceTable& sources) {
+std::optional<std::vector<Name>> meant_by_pattern(std::string_view word, const SourceTable& sources) {
   const auto names_where = [&](auto&& wanted) {
     std::vector<Name> names;
     for (const Source& source : sources)
@@ -51,14 +51,13 @@ std::optional<std::vector<Name>> meant_by_pattern(const std::string& word, const
   if (word == "gps") return names_where([](SourceKind kind) { return kind == SourceKind::Telemetry; });
   if (word == "radars") return names_where([](SourceKind kind) { return kind == SourceKind::Radar; });
   if (word == "trackers") return names_where([](SourceKind kind) { return kind == SourceKind::AngleSensor; });
-  for (const SourceKind kind : {SourceKind::Radar, SourceKind::AngleSensor, SourceKind::Telemetry}) {
-    const auto n = number_behind(word, word_of(kind));
-    if (!n) continue;
-    const std::vector<Name> names = names_where([kind](SourceKind k) { return k == kind; });
-    if (*n > names.size()) return std::vector<Name>{};
-    return std::vector<Name>{names[*n - 1]};
-  }
-  return std::nullopt;
+  const std::string_view before_number = word.substr(0, word.find(':') + 1);
+  const auto n = number_behind(word, before_number);
+  const auto first = std::ranges::find_if(sources, [&](const Source& s) { return word_of(s.kind) == before_number; });
+  if (!n || first == sources.end()) return std::nullopt;
+  const std::vector<Name> names = names_where([kind = first->kind](SourceKind k) { return k == kind; });
+  if (*n > names.size()) return std::vector<Name>{};
+  return std::vector<Name>{names[*n - 1]};
 }
 
 /// A message in an action's hands.
@@ -326,9 +325,9 @@ std::vector<Name> sources_meant(const std::vector<std::string>& words, const Ran
     }
     const auto name = Name::parse(word);
     if (!name || sources.find(*name) == no_source)
-      throw ScenarioError(where + ": \"" + word +
-                          "\" is no source of this range; allowed: its names, radar:N, tracker:N, station:N, radars, "
-                          "trackers, gps, all");
+      throw ScenarioError(std::string(where).append(": \"").append(word).append(
+          "\" is no source of this range; allowed: its names, radar:N, tracker:N, station:N, radars, trackers, gps, "
+          "all"));
     names.push_back(*name);
   }
   return names;

@@ -16,6 +16,7 @@ std::tuple<std::size_t, Name, Name, std::uint64_t> step_rank(const Event& event)
         } else if constexpr (Inputs::contains<Record>) {
           return std::tuple(input_index<Record>, Info::source(e), Info::target(e), e.sequence);
         } else {
+          static_assert(std::is_same_v<Record, ClockGap>, "an input that is missing in the catalogue");
           return std::tuple(Inputs::size, Name{}, Name{}, std::uint64_t{0});  // of the wall clock
         }
       },
@@ -31,6 +32,18 @@ std::string_view to_string(Reason reason) {
       "gated",        "frozen",         "no_position",        "away_from_pad", "slaved",
       "inhibited"};
   return names.at(static_cast<std::size_t>(reason));
+}
+
+bool is_mark(const Event& event) {
+  return std::visit(
+      []<class Record>(const Record&) {
+        if constexpr (Inputs::contains<Record>) {
+          return MessageInfo<Record>::delivery == Delivery::Mark;
+        } else {
+          return false;
+        }
+      },
+      event);
 }
 
 Time received_of(const Event& event) {

@@ -80,12 +80,12 @@ class FollowingNode {
  public:
   using Consume = std::function<void(const RangeStep&)>;
 
-  FollowingNode(int domain, const char* name, FollowerOptions options, bool observations, Consume consume = {})
+  FollowingNode(int domain, const char* name, const FollowerOptions& options, bool observations, Consume consume = {})
       : participant_(test_participant(domain, name, ClockMode::Range)),
         outputs_(participant_, {100, observations, false}),
         follower_(participant_, options, &outputs_),
         consume_(std::move(consume)),
-        thread_([this] { follow(); }) {}
+        thread_([this] { follow_steps(); }) {}
   ~FollowingNode() {
     stop_ = true;
     thread_.join();
@@ -100,7 +100,7 @@ class FollowingNode {
   std::atomic<std::uint64_t> steps = 0;
 
  private:
-  void follow() {
+  void follow_steps() {
     try {
       while (!stop_ && !ended_) {
         const std::optional<RangeStep> step = follower_.next(milliseconds(50));

@@ -141,6 +141,27 @@ inline Flight without_radars(Flight f) {
   return f;
 }
 
+/// By a tracker and a receiver.
+inline Flight without_radars_but_a_tracker(const Flight& all) {
+  Flight f = with_partial_plots(all);
+  const int tracker = static_cast<int>(f.settings.radars.size()) - 1;
+  std::erase_if(f.measurements, [](const Measurement& m) { return std::holds_alternative<Plot>(m.measured); });
+  for (Measurement& m : f.measurements) m.source -= tracker;
+  f.settings.radars = {f.settings.radars.back()};
+  return f;
+}
+
+/// By radars of range alone and a receiver.
+inline Flight with_ranges_alone(Flight f) {
+  for (Measurement& m : f.measurements) {
+    if (auto* plot = std::get_if<Plot>(&m.measured)) {
+      plot->angles_valid = false;
+      plot->measured.azimuth_rad = plot->measured.elevation_rad = 0;
+    }
+  }
+  return f;
+}
+
 /// What any method may meet: every kind of source, together and alone.
 struct KindOfFlight {
   const char* sources;
@@ -151,6 +172,8 @@ inline std::vector<KindOfFlight> flights_of_all_kinds(std::uint64_t seed, double
   return {{"radars and a receiver", all},
           {"radars that tell range rate and signal, and a receiver", with_range_rate(all)},
           {"plots that lack a part, a tracker, a receiver", with_partial_plots(all)},
+          {"a tracker and a receiver", without_radars_but_a_tracker(all)},
+          {"radars of range alone and a receiver", with_ranges_alone(all)},
           {"radars alone", draw_flight(seed, duration_s, true, false)},
           {"a receiver alone", without_radars(all)}};
 }

@@ -71,17 +71,18 @@ struct Filter {
       predict(
           track, [](auto& X) { X.template topRows<2>() += dt * X.template bottomRows<2>(); }, planar_noise(dt, q));
   }
-  TwoStageUpdate<2> take(const Plot& m, double gate = no_gate) {
+  TwoStageUpdate<2> process(const Plot& m, double gate = no_gate) {
     auto& track = tracks[static_cast<std::size_t>(m.target)];
-    const Vec<2> nu =
-        m.z - m.H * compensated_mean(track, bias) - m.C * bias.mean().template segment<terms>(terms * m.sensor);
+    const Vec<2> nu = m.z - m.H * compensated_mean(track, bias) -
+                      m.C * bias.mean().template segment<terms>(Eigen::Index{terms} * m.sensor);
     return update(bias, track, nu, m.H, m.C, terms * m.sensor, m.R, gate);
   }
   [[nodiscard]] Eigen::MatrixXd bias_covariance() const { return bias.covariance(); }
 };
 
-void take(AugmentedFilter<4>& filter, const Plot& m) {
-  const Vec<2> nu = m.z - m.H * filter.target(m.target) - m.C * filter.bias().segment<terms>(terms * m.sensor);
+void process(AugmentedFilter<4>& filter, const Plot& m) {
+  const Vec<2> nu =
+      m.z - m.H * filter.target(m.target) - m.C * filter.bias().segment<terms>(Eigen::Index{terms} * m.sensor);
   filter.update<2, terms>(m.target, nu, m.H, m.C, terms * m.sensor, m.R);
 }
 
@@ -115,8 +116,8 @@ void expect_augmented() {
       filter.predict_all();
       augmented.predict(planar_transition(dt), planar_noise(dt, q));
       for (const Plot& m : scan) {
-        filter.take(m);
-        take(augmented, m);
+        filter.process(m);
+        process(augmented, m);
       }
       ASSERT_LT(difference(filter, augmented), 1e-8);
     }
@@ -135,8 +136,8 @@ TEST(TwoStage, OrderOfTargetsInAScanIsIrrelevant) {
   for (const auto& scan : p.scans) {
     forwards.predict_all();
     backwards.predict_all();
-    for (const Plot& m : scan) forwards.take(m);
-    for (auto m = scan.rbegin(); m != scan.rend(); ++m) backwards.take(*m);
+    for (const Plot& m : scan) forwards.process(m);
+    for (auto m = scan.rbegin(); m != scan.rend(); ++m) backwards.process(*m);
   }
   EXPECT_LT(
       difference(forwards.bias.mean(), forwards.bias_covariance(), backwards.bias.mean(), backwards.bias_covariance()),
@@ -146,17 +147,17 @@ TEST(TwoStage, OrderOfTargetsInAScanIsIrrelevant) {
 TEST(TwoStage, ARejectedMeasurementChangesNothing) {
   const Problem p = draw(12, 2, 10);
   Filter<biases, biases> filter(p);
-  for (const Plot& m : p.scans[0]) filter.take(m);
+  for (const Plot& m : p.scans[0]) filter.process(m);
   const auto before = filter;
   Plot wild = p.scans[1][0];
   wild.z[0] = 1e6;
-  const TwoStageUpdate<2> gated = filter.take(wild, 20);
+  const TwoStageUpdate<2> gated = filter.process(wild, 20);
   EXPECT_EQ(gated.verdict, Verdict::Gated);
   EXPECT_GT(gated.nis, 20);
   wild.z[0] = std::nan("");
-  EXPECT_EQ(filter.take(wild).verdict, Verdict::Gated);
+  EXPECT_EQ(filter.process(wild).verdict, Verdict::Gated);
   wild.R = -1e6 * Mat<2, 2>::Identity();
-  EXPECT_EQ(filter.take(wild).verdict, Verdict::Singular);
+  EXPECT_EQ(filter.process(wild).verdict, Verdict::Singular);
   EXPECT_EQ(filter.bias.mean(), before.bias.mean());
   EXPECT_EQ(filter.bias_covariance(), before.bias_covariance());
   EXPECT_EQ(filter.tracks[0].estimate.mean, before.tracks[0].estimate.mean);
@@ -167,7 +168,7 @@ TEST(TwoStage, InnovationCovarianceCountsWhatIsNotKnownOfTheBiases) {
   const Problem p = draw(13, 1, 2);
   Filter<biases, biases> filter(p);
   const Plot& m = p.scans[0][0];
-  const TwoStageUpdate<2> e = filter.take(m);
+  const TwoStageUpdate<2> e = filter.process(m);
   const Mat<2, 2> S =
       m.H * p.starts[0].cov * m.H.transpose() + m.C * p.prior.cov.topLeftCorner<terms, terms>() * m.C.transpose() + m.R;
   EXPECT_LT((e.S - S).norm(), 1e-12 * S.norm());
@@ -186,8 +187,8 @@ TEST(TwoStage, DriftOfOneTargetIsTheAugmentedFiltersProcessNoise) {
     filter.bias.loosen(step);
     loosen(filter.tracks[0], filter.bias, step);
     augmented.P.diagonal().tail<biases>() += step.variance;
-    filter.take(scan[0]);
-    take(augmented, scan[0]);
+    filter.process(scan[0]);
+    process(augmented, scan[0]);
     ASSERT_LT(difference(filter, augmented), 1e-8);
   }
 }
@@ -197,7 +198,7 @@ TEST(TwoStage, ALargeStepForgetsABiasAndNothingElse) {
   Filter<biases, biases> filter(p);
   for (const auto& scan : p.scans) {
     filter.predict_all();
-    for (const Plot& m : scan) filter.take(m);
+    for (const Plot& m : scan) filter.process(m);
   }
   const Eigen::MatrixXd before = filter.bias_covariance();
   SharedBias<biases>::Step step(biases);
@@ -220,7 +221,7 @@ TEST(TwoStage, StaysPositiveDefiniteOverAMillionUpdates) {
   for (int k = 0; k < 1'000'000; ++k) {
     const Plot& m = p.scans[static_cast<std::size_t>(k % 64)][0];
     filter.predict_all();
-    ASSERT_EQ(filter.take(m).verdict, Verdict::Accepted);
+    ASSERT_EQ(filter.process(m).verdict, Verdict::Accepted);
   }
   const Mat<biases, biases> Sigma = filter.bias_covariance();
   EXPECT_GT((Eigen::SelfAdjointEigenSolver<Mat<biases, biases>>(Sigma).eigenvalues().minCoeff()), 0);
@@ -241,7 +242,7 @@ TEST(TwoStage, AllocatesNothing) {
     for (const auto& scan : p.scans) {
       filter.predict_all();
       for (const Plot& m : scan) {
-        filter.take(m);
+        filter.process(m);
         sum += compensated(filter.tracks[0], filter.bias).cov.trace();
         step.variance[2] = 1e-3;
         filter.bias.loosen(step);
@@ -276,8 +277,8 @@ TEST(TwoStage, IsHonestOverRuns) {
         Vec<4>& x = truth[static_cast<std::size_t>(m.target)];
         x = planar_transition(dt) * x + root_Q * random.matrix<4, 1>();
         const Mat<2, 2> root_R = m.R.llt().matrixL();
-        m.z = m.H * x + m.C * b.segment<terms>(terms * m.sensor) + root_R * random.matrix<2, 1>();
-        filter.take(m);
+        m.z = m.H * x + m.C * b.segment<terms>(Eigen::Index{terms} * m.sensor) + root_R * random.matrix<2, 1>();
+        filter.process(m);
       }
     }
     const Vec<biases> e_b = filter.bias.mean() - b;

@@ -375,7 +375,8 @@ TEST(Engine, AnglesGoToTheMethodsThatUseThem) {
   const auto joint = of_method(out, "joint");
   const auto joint_before = of_method(radars, "joint");
   EXPECT_GT(joint.size(), joint_before.size() + 100);
-  EXPECT_NE(joint.back().sources & 4U, 0u);  // the tracker, behind two radars
+  EXPECT_NE(joint.back().sources & 4U, 0u);                 // the tracker, behind two radars
+  EXPECT_NE(joint.back().sources & ~std::uint64_t{7}, 0u);  // a station, behind the sensors
   const auto variance = [](const Trajectory& t) { return t.covariance[0] + t.covariance[9] + t.covariance[17]; };
   EXPECT_LT(variance(joint.back()), variance(joint_before.back()));
 

@@ -67,8 +67,8 @@ class Centre {
 
   void handle(const Event& event) {
     advance_to(received_of(event));
-    if (const auto* plot = std::get_if<RadarTspi>(&event)) take(ingest_.judge(*plot));
-    if (const auto* fix = std::get_if<GpsFix>(&event)) take(ingest_.judge(*fix));
+    if (const auto* plot = std::get_if<RadarTspi>(&event)) process(ingest_.judge(*plot));
+    if (const auto* fix = std::get_if<GpsFix>(&event)) process(ingest_.judge(*fix));
   }
   void handle(const std::vector<Event>& events) {
     for (const Event& e : events) handle(e);
@@ -95,7 +95,7 @@ class Centre {
   std::function<void(double t)> after_tick;
 
  private:
-  void take(const Observation& o) {
+  void process(const Observation& o) {
     if (o.verdict != Reason::Accepted && o.verdict != Reason::Duplicate) return;
     methods_.process(o, true);
     methods_.emit_biases(o, out);

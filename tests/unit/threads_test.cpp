@@ -47,8 +47,8 @@ TEST(ParallelRuns, ARunThatThrowsEndsTheOthers) {
 TEST(FileThread, CountsEveryMessageWhoeverSubmitsIt) {
   using namespace archive;
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "threads_test.mcap";
-  constexpr int writers = 3;
-  constexpr int blocks = 200;
+  constexpr std::uint64_t writers = 3;
+  constexpr std::uint64_t blocks = 200;
   std::atomic<std::uint64_t> accepted{0};
   std::atomic<bool> done{false};
   WriterStatus end;
@@ -57,15 +57,16 @@ TEST(FileThread, CountsEveryMessageWhoeverSubmitsIt) {
     std::thread watcher([&] {
       while (!done) {
         const WriterStatus now = file.status();
-        EXPECT_LE(now.messages_written, std::uint64_t{writers * blocks});
+        EXPECT_LE(now.messages_written, writers * blocks);
         EXPECT_TRUE(file.in_place());
         EXPECT_FALSE(file.failed());
       }
     });
     std::vector<std::thread> threads;
-    for (int w = 0; w < writers; ++w) {
+    threads.reserve(writers);
+    for (std::uint64_t w = 0; w < writers; ++w) {
       threads.emplace_back([&, wait = w == 0] {
-        for (int i = 0; i < blocks; ++i) {
+        for (std::uint64_t i = 0; i < blocks; ++i) {
           Bytes bytes = file.spare_buffer();
           bytes.assign(100, 7);
           if (file.submit({.op = Op::Schema, .bytes = std::move(bytes), .messages = 1}, wait)) ++accepted;
@@ -78,9 +79,9 @@ TEST(FileThread, CountsEveryMessageWhoeverSubmitsIt) {
     file.finish();
     end = file.status();
   }
-  EXPECT_GE(accepted, std::uint64_t{blocks}) << "of the one that waits all";
+  EXPECT_GE(accepted, blocks) << "of the one that waits all";
   EXPECT_EQ(end.messages_written, accepted);
-  EXPECT_EQ(end.messages_written + end.messages_lost, std::uint64_t{writers * blocks});
+  EXPECT_EQ(end.messages_written + end.messages_lost, writers * blocks);
   EXPECT_EQ(end.chunks_waiting, 0u);
   EXPECT_EQ(std::filesystem::file_size(path), end.bytes_written);
   std::filesystem::remove(path);

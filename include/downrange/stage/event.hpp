@@ -225,6 +225,9 @@ void set_received(Event& event, Time received);
 /// Who an event came from: sensor, station, antenna, mission or operator.
 [[nodiscard]] Name source_of(const Event& event);
 
+/// Orders and marks of the mission clock: few, and none may be lost (Delivery::Mark).
+[[nodiscard]] bool is_mark(const Event& event);
+
 /// The order of events of equal `received` on the range clock: (topic, source, target, sequence). An Observation
 /// ranks where the message it came from ranks, so split and all-in-one nodes order alike.
 [[nodiscard]] bool step_order_less(const Event& a, const Event& b);

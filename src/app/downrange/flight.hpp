@@ -42,9 +42,9 @@ void replay_in_process(archive::EventSource& source, const RangeConfig& range, c
 void replay_in_process(std::span<const Event> events, std::optional<Time> last_tick, const RangeConfig& range,
                        const StageSet& stages, ResultSink& sink, const std::function<void(const Event&)>& before);
 
-/// Drives a flight over DDS. On the range clock: one step per distinct `received`, at `rate` (0: full speed). On the wall
-/// clock: as sensors would, each message when it arrived then, all times moved to now and marked as simulated; a second
-/// of flight takes one. `next` yields events in order of `received`; `progress` is told the time of each step.
+/// Drives a flight over DDS. On the range clock: one step per distinct `received`, at `rate` (0: full speed). On the
+/// wall clock: as sensors would, each message when it arrived then, all times moved to now and marked as simulated; a
+/// second of flight takes one. `next` yields events in order of `received`; `progress` is told the time of each step.
 /// Throws std::runtime_error where nobody takes part, or the events are out of order.
 struct DriveOptions {
   std::vector<Name> nodes;

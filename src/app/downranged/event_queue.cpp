@@ -84,8 +84,7 @@ EventQueue::Losses EventQueue::losses() const {
 }
 
 EventQueue::Ring* EventQueue::ring_of(const Event& event) {
-  if (std::holds_alternative<MissionEvent>(event) || std::holds_alternative<OperatorCommand>(event))
-    return &rings_[sources_.size()];
+  if (is_mark(event)) return &rings_[sources_.size()];
   const auto known = std::ranges::find(sources_, source_of(event));
   if (known != sources_.end()) return &rings_[static_cast<std::size_t>(known - sources_.begin())];
   return is_measured(event) ? nullptr : &rings_.back();

@@ -91,11 +91,6 @@ std::vector<Name> sender_names(const RangeConfig& range) {
   return names;
 }
 
-/// What is acknowledged in the status.
-bool is_order(const Event& event) {
-  return std::holds_alternative<OperatorCommand>(event) || std::holds_alternative<MissionEvent>(event);
-}
-
 const config::ServiceConfig& checked(const config::ServiceConfig& config) {
   if (config.archive.enabled) require_archive_folder(config.archive);
   return config;
@@ -215,7 +210,7 @@ void Service::consume_oldest() {
   set_received(*event, std::min(received_of(*event), utc_()));
   leave_out_ticks(received_of(*event));
   flight_->consume(*event);
-  if (is_order(*event)) next_status_ = Clock::now();  // who gave it waits for the answer
+  if (is_mark(*event)) next_status_ = Clock::now();  // who gave it waits for the answer
   latency_.add(utc_() - received_of(*event));
 }
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace downrange {
-namespace {}  // namespace
 
 Chain::Chain(const ChainPlan& plan, std::optional<int> target, const MethodSettings& settings, ChainMethodMaker make,
              Duration coast)
@@ -69,8 +68,9 @@ std::optional<Verdict> Chain::process(const LoggedMeasurement& measurement, Meas
 
 TrackEstimate Chain::with_source_ids(TrackEstimate estimate) const {
   std::uint64_t sources = 0;
-  for (std::size_t i = 0; i < ground_.size(); ++i) {
-    if ((estimate.sources >> i & 1) != 0) sources |= set_of(ground_[i]);
+  for (std::size_t id = 0; id < source_of_method_.size(); ++id) {
+    const int of_method = source_of_method_[id];
+    if (of_method >= 0 && contains(estimate.sources, of_method)) sources |= set_of(static_cast<SourceId>(id));
   }
   estimate.sources = sources;
   return estimate;

@@ -38,7 +38,7 @@ struct NoiseLesson {
 /// The scales of one source: of range, azimuth, elevation and range rate, or of a receiver's horizontal and vertical
 /// position and velocity in east-north-up at the fix. A value, part of a filter's checkpoint; shared by all targets.
 ///
-/// For each measurement: `open`, then with what came of it `learn`. What is not opened teaches nothing.
+/// For each measurement: `open`, then with its outcome `update_scale`. What is not opened teaches nothing.
 class NoiseScale {
  public:
   static constexpr int max_components = 4;

@@ -61,12 +61,12 @@ std::unique_ptr<Method> rewound(const Core& core) {
 using MethodMaker = std::unique_ptr<Method> (*)(const MethodSettings& settings);
 
 /// What a method takes. A configuration that asks it for more radars or other kinematics is refused, as is one that
-/// asks for kinematics or smoothed GPS where no method takes them; of other keys that none uses `check` warns.
+/// asks for kinematics or smoothed GPS where no method takes them; of keys for what none does (below) `check` warns.
 struct MethodCapabilities {
   int most_radars = 64;
   unsigned kinematics = 0;      ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
   bool smoothed_gps = false;    ///< align.gps_reference = "smooth" means something to it
-  bool partial_plots = false;   ///< uses range alone and angles alone (of trackers too); else it passes over such plots
+  bool partial_plots = false;   ///< uses range alone, angles alone (of trackers too), a receiver alone; else not
   bool bias_blocks = false;     ///< finds the biases that a radar's bias_blocks name; else it has its own
   bool wander = false;          ///< has states for a mount's wander
   bool range_rate = false;      ///< uses it
