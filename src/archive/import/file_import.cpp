@@ -24,7 +24,6 @@ void note(Defects& defects, std::uint64_t line, std::string what) {
 struct ReadRow {
   std::variant<RadarTspi, GpsFix, AngleTspi, Truth> record;
   PlausibleRow values;
-  std::uint64_t line = 0;
   std::uint64_t number = 0;  ///< of the row in the file
 };
 
@@ -38,9 +37,8 @@ class FileImport {
     report_.source = mapping_.kind == FileKind::Truth ? mapping_.target : mapping_.source;
     SourceText source = read_source(mapping_.path);
     if (mapping_.nmea) {
-      NmeaTable sentences = nmea_table(source.text);
-      source.text = std::move(sentences.text);
-      sentences_ = std::move(sentences.sentences);
+      sentences_ = nmea_table(source.text);
+      source.text = std::move(sentences_.text);
     }
     TableReader table(mapping_, source.text);
     const DecimalMark mark = decimal_mark(table);
@@ -139,9 +137,10 @@ class FileImport {
 
   [[nodiscard]] ReadRow row_of(const TableReader& table, const RowValues& v) const {
     ReadRow row;
-    row.line = table.line();
+    row.values.line = table.line();
     row.number = table.row();
     row.values.epoch = v.epoch();
+    row.values.clock = v.epoch_clock();
     row.values.received = mapping_.latency || mapping_.kind == FileKind::Truth ? v.epoch() : v.received();
     switch (mapping_.kind) {
       case FileKind::Radar:
@@ -255,13 +254,14 @@ class FileImport {
     if (!source.encoding.empty()) notes.push_back("text in " + source.encoding);
     if (source.end_zeros > 0) notes.push_back(std::to_string(source.end_zeros) + " zero bytes at the end left off");
     if (mapping_.nmea) notes.push_back("NMEA sentences: " + show_sentences());
+    if (sentences_.wrong_checksums > 0) notes.push_back(show_wrong_checksums());
     if (!mapping_.fixed.empty()) notes.emplace_back("columns by their places");
     if (!mapping_.delimiter && mapping_.fixed.empty() && table.delimiter() != ',') {
       notes.push_back("delimiter " + show_delimiter(table.delimiter()));
     }
     if (!mapping_.decimal && mark == DecimalMark::Comma) notes.emplace_back("decimal comma");
     if (table.header_line() > 1) notes.push_back("header on line " + std::to_string(table.header_line()));
-    if (!values.clock_example().empty()) notes.push_back("times of day such as " + values.clock_example());
+    if (!values.clock_example().empty()) notes.push_back(values.clock_example());
     const PassedOver& passed = report_.passed_over;
     if (passed.comments > 0 && !mapping_.nmea) notes.push_back(std::to_string(passed.comments) + " comment lines");
     if (passed.headers > 0)
@@ -288,7 +288,7 @@ class FileImport {
 
   [[nodiscard]] std::string show_sentences() const {
     std::string out;
-    for (const auto& [type, count] : sentences_) {
+    for (const auto& [type, count] : sentences_.sentences) {
       out += (out.empty() ? "" : ", ") + std::to_string(count) + ' ' + text::printable(type, false, 10);
     }
     return out.empty() ? "none" : out;
@@ -305,8 +305,21 @@ class FileImport {
     return "";
   }
 
+  [[nodiscard]] std::string show_wrong_checksums() const {
+    const std::uint64_t count = sentences_.wrong_checksums;
+    return std::to_string(count) +
+           (count == 1 ? " sentence with a wrong checksum, on " : " sentences with a wrong checksum, the first on ") +
+           sentences_.first_wrong;
+  }
+
+  [[nodiscard]] std::string no_fix_sentence() const {
+    const std::string found = "; sentences: " + show_sentences();
+    if (sentences_.wrong_checksums == 0) return "no GGA and no GNS sentence" + found;
+    return "no GGA and no GNS sentence with a right checksum; " + show_wrong_checksums() + found;
+  }
+
   [[nodiscard]] std::string nothing_imported(const TableReader& table) const {
-    if (mapping_.nmea && report_.rows == 0) return "no GGA and no GNS sentence; sentences: " + show_sentences();
+    if (mapping_.nmea && report_.rows == 0) return no_fix_sentence();
     if (report_.rows == 0 && report_.passed_over.filtered > 0) {
       std::string values;
       for (const auto& [value, count] : table.filtered_values()) values += (values.empty() ? "" : ", ") + value;
@@ -329,7 +342,7 @@ class FileImport {
   void put_in_order() {
     std::vector<RowTimes> times;
     times.reserve(rows_.size());
-    for (const ReadRow& row : rows_) times.push_back({row.values.epoch, row.values.received, row.line});
+    for (const ReadRow& row : rows_) times.push_back({row.values.epoch, row.values.received, row.values.line});
     if (const std::string problem = order_problem(mapping_, times); !problem.empty()) fail(problem);
     if (mapping_.sort != true) return;
     std::stable_sort(rows_.begin(), rows_.end(),
@@ -354,17 +367,17 @@ class FileImport {
   void judge_step(const ReadRow& row, const PlausibleRow& last) {
     const PlausibleRow& values = row.values;
     const double step_s = (values.epoch - last.epoch).seconds();
-    if (step_s < 0) note(report_.epoch_backwards, row.line, std::to_string(-step_s) + " s before the row before");
-    if (step_s == 0) note(report_.epoch_repeated, row.line, "same epoch as the row before");
+    if (step_s < 0) note(report_.epoch_backwards, values.line, std::to_string(-step_s) + " s before the row before");
+    if (step_s == 0) note(report_.epoch_repeated, values.line, "same epoch as the row before");
     if (mapping_.kind == FileKind::Truth) return;
     const bool same = values.polar.range_m == last.polar.range_m &&
                       values.polar.azimuth_rad == last.polar.azimuth_rad &&
                       values.polar.elevation_rad == last.polar.elevation_rad && values.position.m == last.position.m;
     if (step_s > 0 && same) {
-      note(report_.value_repeated, row.line, "same values " + std::to_string(step_s) + " s after the row before");
+      note(report_.value_repeated, values.line, "same values " + std::to_string(step_s) + " s after the row before");
     }
     if (values.received < last.received) {
-      note(report_.received_backwards, row.line,
+      note(report_.received_backwards, values.line,
            "received " + std::to_string((last.received - values.received).seconds()) + " s before the row before");
     }
   }
@@ -373,12 +386,12 @@ class FileImport {
     std::vector<PlausibleRow> values;
     values.reserve(rows_.size());
     for (const ReadRow& row : rows_) values.push_back(row.values);
-    Plausibility found = judge_plausibility(mapping_.kind, clock_.liftoff, values);
+    Plausibility found = judge_plausibility(mapping_, clock_.liftoff, values);
     report_.plausibility = std::move(found.line);
     report_.doubts = std::move(found.doubts);
     if (found.impossible.empty()) return;
     if (!mapping_.accept_implausible) {
-      fail(found.impossible + " (line " + std::to_string(rows_.front().line) +
+      fail(found.impossible + " (line " + std::to_string(rows_.front().values.line) +
            " on; accept_implausible = true imports it all the same)");
     }
     report_.doubts.insert(report_.doubts.begin(), found.impossible);
@@ -405,7 +418,7 @@ class FileImport {
   const FlightClock& clock_;
   FileReport report_;
   std::vector<ReadRow> rows_;
-  std::map<std::string, std::uint64_t> sentences_;  ///< of an NMEA file
+  NmeaTable sentences_;  ///< of an NMEA file; its text is the source's
   std::uint64_t rows_too_wide_ = 0;
   std::uint64_t rows_of_one_field_ = 0;
 };

@@ -364,13 +364,14 @@ void check_times(MappingSection& section, const FileMapping& file) {
     section.fail("latency_s", "needed where no column is 'received', and only there");
   }
   const auto is_time = [](const ColumnMapping& c) { return c.field == Field::Epoch || c.field == Field::Received; };
+  // Without since: the cells may be dates.
   const auto from_liftoff = [&](const ColumnMapping& c) {
-    return is_time(c) && !c.text && !c.packed && c.since.value_or(Since::Liftoff) == Since::Liftoff;
+    return is_time(c) && !c.text && !c.packed && c.since == Since::Liftoff;
   };
   if (file.scale != TimeScale::Utc && std::any_of(file.columns.begin(), file.columns.end(), from_liftoff)) {
     section.fail(
         "time_scale",
-        "has no meaning for seconds since lift-off, which are the same on every scale (dates have unit = \"text\")");
+        "found since = \"liftoff\", which is the same on every scale; leave one of the two out (dates need no since)");
   }
 }
 
@@ -399,8 +400,9 @@ FileMapping read_file(const std::filesystem::path& mapping_file, const toml::tab
 
 }  // namespace
 
-bool FileMapping::has(Field field) const {
-  return std::any_of(columns.begin(), columns.end(), [&](const ColumnMapping& c) { return c.field == field; });
+const ColumnMapping* FileMapping::column_of(Field field) const {
+  const auto found = std::ranges::find(columns, field, &ColumnMapping::field);
+  return found == columns.end() ? nullptr : &*found;
 }
 
 std::vector<const NameColumn*> FileMapping::name_columns() const {

@@ -112,7 +112,9 @@ struct FileMapping {
   std::vector<std::string> ignored;
   bool ignore_others = false;
 
-  [[nodiscard]] bool has(Field field) const;
+  [[nodiscard]] bool has(Field field) const { return column_of(field) != nullptr; }
+  /// Null where no column is the field.
+  [[nodiscard]] const ColumnMapping* column_of(Field field) const;
   /// The columns that say names.
   [[nodiscard]] std::vector<const NameColumn*> name_columns() const;
 };

@@ -30,13 +30,13 @@ leap_seconds   GPS time minus UTC, for files in GPS or TAI time; default: --conf
   header         false: there is no line of names, columns are "1", "2", ...; default true
   skip_lines     lines at the top that are not read
   comment        what starts a comment line: a text or a list; default ["#", "%", "//", ";"]; []: nothing
-  missing        cells that stand for no value, beside "", "-", "N/A", "null", "***": a text or a list
+  missing        cells that stand for no value, beside "", "-", "N/A", "null", "***": a text or a list; "-9999" is -9999.0 too
   where          {column = "TRK", equals = "1"}: read these rows only; or differs = ...; a value or a list of values; a
                  list of such tables: all of them
   other_columns  "ignore": columns that the mapping does not name are left out
 
   What its times are.
-  time_scale     UTC (default), GPS or TAI
+  time_scale     UTC (default), GPS or TAI: of dates, times of day and numbers that are not from lift-off
   date           day of the first time since midnight; default: the day that is nearest to lift-off
   date_order     "dmy" or "mdy": dates such as 04/03/2025 are day or month first; default "ymd": they are no dates
   wrap_s         times start anew this often (86400: each midnight, 604800: each week) and are continued; 0: they do not

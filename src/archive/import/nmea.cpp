@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <numbers>
 #include <optional>
+#include <text/printable.hpp>
 
 namespace downrange::archive {
 namespace {
@@ -18,20 +19,26 @@ constexpr std::array<const char*, 8> columns{"time", "latitude",   "longitude", 
 struct Sentence {
   std::string_view type;
   std::vector<std::string_view> fields;
-  std::string wrong;  ///< about its checksum; empty: nothing
+  std::string_view stated_sum;
+  std::optional<unsigned> expected_sum;  ///< where the stated checksum is another
 
   [[nodiscard]] std::string_view at(std::size_t i) const { return i < fields.size() ? fields[i] : std::string_view(); }
 };
 
-std::string wrong_checksum(std::string_view body, std::string_view stated) {
+/// The checksum that should be there; nothing where it is.
+std::optional<unsigned> expected_sum(std::string_view body, std::string_view stated) {
   unsigned sum = 0;
   for (const char c : body) sum ^= static_cast<unsigned char>(c);
   unsigned said = 0;
   const auto [end, error] =
       std::from_chars(stated.data(), stated.data() + std::min<std::size_t>(2, stated.size()), said, 16);
   if (error == std::errc() && end == stated.data() + 2 && said == sum) return {};
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "checksum is not %02X", sum);
+  return sum;
+}
+
+std::string show_sum(unsigned sum) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "%02X", sum);
   return text.data();
 }
 
@@ -41,7 +48,8 @@ std::optional<Sentence> sentence_of(std::string_view line) {
   line = trimmed(line.substr(start + 1));
   Sentence sentence;
   if (const std::size_t star = line.rfind('*'); star != std::string_view::npos) {
-    sentence.wrong = wrong_checksum(line.substr(0, star), line.substr(star + 1));
+    sentence.stated_sum = line.substr(star + 1, 2);
+    sentence.expected_sum = expected_sum(line.substr(0, star), line.substr(star + 1));
     line = line.substr(0, star);
   }
   std::size_t comma = line.find(',');
@@ -135,9 +143,12 @@ class Table {
     while (const auto line = lines.next()) {
       const auto sentence = sentence_of(*line);
       if (sentence) ++table.sentences[std::string(sentence->type)];
-      if (sentence && sentence->wrong.empty()) note_date(*sentence);
+      if (sentence && !sentence->expected_sum) note_date(*sentence);
+      if (sentence && sentence->expected_sum) note_wrong(*sentence, lines.line(), table);
       const bool fix = sentence && sentence->type == (has_gga_ ? "GGA" : "GNS");
-      table.text += !fix ? "#" : sentence->wrong.empty() ? row_of(*sentence) : sentence->wrong + ",,,,,,,";
+      table.text += !fix                      ? "#"
+                    : !sentence->expected_sum ? row_of(*sentence)
+                                              : "checksum is not " + show_sum(*sentence->expected_sum) + ",,,,,,,";
       table.text += '\n';
     }
     return table;
@@ -149,7 +160,7 @@ class Table {
     LineReader lines(text_);
     while (const auto line = lines.next()) {
       const auto sentence = sentence_of(*line);
-      if (!sentence || !sentence->wrong.empty()) continue;
+      if (!sentence || sentence->expected_sum) continue;
       has_gga_ |= sentence->type == "GGA";
       if (!date_) date_ = date_of(*sentence);
       if (sentence->type != "GST") continue;
@@ -160,6 +171,12 @@ class Table {
       std::snprintf(horizontal.data(), horizontal.size(), "%.4f", std::sqrt((*north * *north + *east * *east) / 2));
       sigmas_[std::string(sentence->at(0))] = {horizontal.data(), std::string(sentence->at(7))};
     }
+  }
+
+  static void note_wrong(const Sentence& sentence, std::uint64_t line, NmeaTable& table) {
+    if (++table.wrong_checksums > 1) return;
+    table.first_wrong = "line " + std::to_string(line) + ": found *" + text::printable(sentence.stated_sum, false, 10) +
+                        ", expected *" + show_sum(*sentence.expected_sum);
   }
 
   void note_date(const Sentence& sentence) {

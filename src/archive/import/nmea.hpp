@@ -14,6 +14,8 @@ void declare_nmea(FileMapping& file);
 struct NmeaTable {
   std::string text;                                ///< one line for each of the file, "#" for what is no fix
   std::map<std::string, std::uint64_t> sentences;  ///< how many of which type: "GGA"
+  std::uint64_t wrong_checksums = 0;
+  std::string first_wrong;  ///< "line 1: found 00, expected 4C"
 };
 
 /// Fixes of GGA, or of GNS where there is no GGA, from any talker, with the height above the ellipsoid (above the sea

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 
 namespace downrange::archive {
 namespace {
@@ -152,6 +153,20 @@ void DecimalEvidence::observe(std::string_view text, std::uint64_t line) {
     return;
   }
   note(as_point ? point_ : comma_);
+}
+
+std::string show_fixed(double value, int decimals) {
+  constexpr double least_shortened = 1e6;
+  if (!(std::abs(value) < least_shortened)) return show_digits(value);
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+  return text.data();
+}
+
+std::string show_digits(double value, int digits) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
 }
 
 }  // namespace downrange::archive

@@ -31,6 +31,11 @@ template <class T>
 /// What stands where there is no value: nothing, dashes, stars of a too narrow field, N/A, null, None and the like.
 [[nodiscard]] bool is_no_value(std::string_view text);
 
+/// For messages: fixed, with so many decimals, below a million; from there on six digits ("1e+305").
+[[nodiscard]] std::string show_fixed(double value, int decimals);
+/// For messages: so many digits.
+[[nodiscard]] std::string show_digits(double value, int digits = 6);
+
 /// Finds out which mark the numbers of a file have. "10,05" can only be a decimal comma, "1,234.5" only a point;
 /// "12,000" can be either.
 class DecimalEvidence {

@@ -2,6 +2,7 @@
 /// What a file's numbers look like, and whether they can be what the mapping says.
 
 #include <archive/import/mapping.hpp>
+#include <archive/import/times.hpp>
 #include <downrange/geo/frames.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/time.hpp>
@@ -20,6 +21,8 @@ struct PlausibleRow {
   bool angles_valid = false;        ///< likewise its angles
   Position<Ecef> position;          ///< gps, truth
   std::optional<double> speed_m_s;  ///< stated, gps and truth
+  std::optional<ClockTime> clock;   ///< the epoch's cell, where it is no number
+  std::uint64_t line = 0;           ///< in the file
 };
 
 struct Plausibility {
@@ -28,7 +31,9 @@ struct Plausibility {
   std::vector<std::string> doubts;  ///< what can be, but hardly
 };
 
-/// Judges the rows of one file, at least one. Medians: outliers do not count.
-[[nodiscard]] Plausibility judge_plausibility(FileKind kind, Time liftoff, const std::vector<PlausibleRow>& rows);
+/// Judges the rows of one file, at least one. Medians: outliers do not count. A number that stands for no value
+/// (sentinels.hpp) is told as such.
+[[nodiscard]] Plausibility judge_plausibility(const FileMapping& mapping, Time liftoff,
+                                              const std::vector<PlausibleRow>& rows);
 
 }  // namespace downrange::archive

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/import/angles.hpp>
 #include <archive/import/row_values.hpp>
+#include <archive/import/unit_hints.hpp>
 #include <cmath>
 #include <numbers>
 #include <text/printable.hpp>
@@ -20,6 +21,21 @@ constexpr const char* no_time =
     ": dates are year-month-day or year-day of year, with date_order = \"dmy\" or \"mdy\" day or month first; times of "
     "day "
     "are hours:minutes:seconds";
+/// What a text is an example of.
+std::string name_of_clock(const ClockTime& clock) {
+  switch (clock.shape) {
+    case ClockShape::Instant:
+      return "dates such as ";
+    case ClockShape::DayOfYear:
+      return "days of the year such as ";
+    case ClockShape::Hours:
+      return "hours:minutes:seconds such as ";
+    case ClockShape::Countdown:
+      return "times from lift-off such as ";
+  }
+  return {};
+}
+
 constexpr const char* no_date =
     " is no date: they are year-month-day, year-day of year, or with date_order = \"dmy\" or \"mdy\" day or month "
     "first";
@@ -43,6 +59,7 @@ CellProblem RowValues::problem(CellProblem kind, const ColumnMapping& column, co
 
 CellProblem RowValues::read(const std::vector<std::string_view>& fields, const std::vector<std::size_t>& places) {
   there_.reset();
+  epoch_clock_.reset();
   left_empty_ = 0;
   date_.reset();
   // The date first: times of day need it.
@@ -57,8 +74,8 @@ CellProblem RowValues::read(const std::vector<std::string_view>& fields, const s
     if (found != CellProblem::None) return found;
   }
   if (has(Field::Latitude) && std::abs(value(Field::Latitude)) > std::numbers::pi / 2) {
-    what_ = "latitude beyond a pole";
-    return CellProblem::Malformed;
+    const std::string what = latitude_problem(mapping_, value(Field::Latitude), value(Field::Longitude));
+    return problem(CellProblem::Malformed, *mapping_.column_of(Field::Latitude), what);
   }
   if (mapping_.kind == FileKind::Radar && !has(Field::Range) && !has_angles()) {
     what_ = "neither a range nor both angles";
@@ -74,10 +91,21 @@ bool RowValues::may_be_absent(Field field) const {
   return (info_of(field).optional && mapping_.kind != FileKind::Truth) || is_part_of_plot(mapping_.kind, field);
 }
 
+/// By its letters, or as the same number: "-9999.0" is "-9999".
+bool RowValues::is_missing(std::string_view text) const {
+  if (mapping_.missing.empty()) return false;
+  const auto number = parse_number<double>(text, rules_.mark);
+  return std::ranges::any_of(mapping_.missing, [&](const std::string& missing) {
+    if (missing == text) return true;
+    const auto same = parse_number<double>(missing, DecimalMark::Point);
+    return number.kind == NumberKind::Finite && same.kind == NumberKind::Finite && number.value == same.value;
+  });
+}
+
 CellProblem RowValues::read_cell(const ColumnMapping& column, std::string_view text) {
   const FieldInfo& field = info_of(column.field);
   const auto quoted = [&] { return text::in_quotes(text); };
-  const bool declared = std::find(mapping_.missing.begin(), mapping_.missing.end(), text) != mapping_.missing.end();
+  const bool declared = is_missing(text);
   // "none" may be a value of its own.
   const bool choice =
       std::any_of(column.values.begin(), column.values.end(), [&](const auto& v) { return v.first == text; });
@@ -261,14 +289,14 @@ CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view t
   std::optional<long double> ns;
   bool absolute = false;  // a date of its own
   if (clock) {
-    if (clock_example_.empty()) clock_example_ = text::printable(text, false, 40);
+    if (clock_example_.empty()) clock_example_ = name_of_clock(*clock) + text::printable(text, false, 40);
+    if (column.field == Field::Epoch) epoch_clock_ = clock;
     absolute = clock->shape != ClockShape::Hours;
     ns = clock_ns(column, *clock);
     if (!ns) {
       const bool zone = clock->shape == ClockShape::Instant;
       return problem(CellProblem::Malformed, column,
-                     text::in_quotes(text) + (zone ? " has an offset from UTC, and time_scale is another"
-                                                   : " is no number of seconds since 1970"));
+                     "found " + text::in_quotes(text) + (zone ? other_scale() : " is no number of seconds since 1970"));
     }
     *ns += column.offset * 1e9L - rules_.scale_minus_utc.ns;
   } else {
@@ -287,6 +315,7 @@ CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view t
                                                               : " is not a number"));
     }
     const Since since = since_of(column).value_or(Since::Liftoff);
+    if (since == Since::Liftoff) refuse_scale(column, text);
     const long double span = number.value * column.factor + column.offset * 1e9L;
     ns = base_ns(column, since) + span - (since == Since::Liftoff ? 0 : rules_.scale_minus_utc.ns);
     if (!(*ns >= 0 && *ns < 4.1024448e18L)) {
@@ -302,6 +331,20 @@ CellProblem RowValues::read_time(const ColumnMapping& column, std::string_view t
   (column.field == Field::Epoch ? epoch_ : received_) = Time{whole};
   there_.set(static_cast<std::size_t>(column.field));
   return CellProblem::None;
+}
+
+std::string RowValues::other_scale() const {
+  const std::string scale = mapping_.scale == TimeScale::Gps ? "GPS" : "TAI";
+  return ", which says its offset from UTC (a Z is one), expected none with time_scale = \"" + scale +
+         "\": leave time_scale out where the offset is right, else take the offset out of the file";
+}
+
+/// Numbers from lift-off are the same on every scale: the mapping means others.
+void RowValues::refuse_scale(const ColumnMapping& column, std::string_view text) const {
+  if (mapping_.scale == TimeScale::Utc) return;
+  throw ImportError(column.column + ": found " + text::in_quotes(text) +
+                    ", which without since is a number from lift-off, where time_scale has no meaning; allowed: dates, "
+                    "numbers with since = \"gps\", \"unix\" or \"midnight\", or no time_scale");
 }
 
 /// The units and references under which a number is a time within a day of lift-off; the likelier references first.

@@ -43,12 +43,15 @@ class RowValues {
   [[nodiscard]] Time received() const { return received_; }
   /// Optional fields of the row that have no value.
   [[nodiscard]] std::size_t left_empty() const { return left_empty_; }
-  /// The first cell of text that a time column has, as it is; empty while there was none.
+  /// The epoch's cell, where it is no number.
+  [[nodiscard]] const std::optional<ClockTime>& epoch_clock() const { return epoch_clock_; }
+  /// The first cell of text that a time column has, and what it is; empty while there was none.
   [[nodiscard]] const std::string& clock_example() const { return clock_example_; }
 
  private:
   /// A row is one without it.
   [[nodiscard]] bool may_be_absent(Field field) const;
+  [[nodiscard]] bool is_missing(std::string_view text) const;
   CellProblem read_cell(const ColumnMapping& column, std::string_view text);
   CellProblem read_time(const ColumnMapping& column, std::string_view text);
   CellProblem read_number(const ColumnMapping& column, std::string_view text);
@@ -64,12 +67,15 @@ class RowValues {
   [[nodiscard]] long double base_ns(const ColumnMapping& column, Since since) const;
   [[nodiscard]] std::int64_t continued(const ColumnMapping& column, std::int64_t ns) const;
   [[nodiscard]] std::string other_meaning(long double number) const;
+  [[nodiscard]] std::string other_scale() const;
+  void refuse_scale(const ColumnMapping& column, std::string_view text) const;
 
   const FileMapping& mapping_;
   CellRules rules_;
   std::array<double, field_count> values_{};
   std::bitset<field_count> there_;
   Time epoch_;
+  std::optional<ClockTime> epoch_clock_;
   Time received_;
   std::optional<Time> date_;  ///< of the row, from its own column
   std::optional<Time> last_epoch_;

@@ -183,16 +183,22 @@ std::optional<std::int64_t> any_date_of(Scanner& scan, DateOrder order) {
   return order == DateOrder::YearFirst ? std::nullopt : ordered_date_of(scan, order);
 }
 
+/// What AM or PM behind a time of day says.
+struct HalfDay {
+  bool stated = false;
+  std::int64_t offset_ns = 0;
+};
+
 /// Twelve hours more or less, for a time of day with AM or PM behind it; nothing where they do not fit together.
-std::optional<std::int64_t> half_day_of(Scanner& scan, std::int64_t clock_ns) {
+std::optional<HalfDay> half_day_of(Scanner& scan, std::int64_t clock_ns) {
   constexpr std::int64_t hour_ns = 3600 * second_ns;
   scan.skip_blanks();
   const bool morning = scan.skip("AM") || scan.skip("am");
-  if (!morning && !scan.skip("PM") && !scan.skip("pm")) return 0;
+  if (!morning && !scan.skip("PM") && !scan.skip("pm")) return HalfDay{};
   const std::int64_t hour = clock_ns / hour_ns;
   if (hour < 1 || hour > 12) return std::nullopt;
-  if (hour == 12) return morning ? -12 * hour_ns : 0;
-  return morning ? 0 : 12 * hour_ns;
+  if (hour == 12) return HalfDay{true, morning ? -12 * hour_ns : 0};
+  return HalfDay{true, morning ? 0 : 12 * hour_ns};
 }
 
 struct Zone {
@@ -227,7 +233,8 @@ std::optional<ClockTime> instant_of(std::string_view text, DateOrder order) {
   const auto half_day = clock ? half_day_of(scan, *clock) : std::nullopt;
   const auto zone = half_day ? zone_of(scan) : std::nullopt;
   if (!zone) return std::nullopt;
-  return ClockTime{ClockShape::Instant, *days * day_s * second_ns + *clock + *half_day - zone->offset_ns, zone->stated};
+  const std::int64_t ns = *days * day_s * second_ns + *clock + half_day->offset_ns - zone->offset_ns;
+  return ClockTime{ClockShape::Instant, ns, zone->stated, half_day->stated};
 }
 
 std::optional<ClockTime> day_of_year_of(std::string_view text) {
@@ -237,7 +244,7 @@ std::optional<ClockTime> day_of_year_of(std::string_view text) {
   const auto clock = clock_of(scan, 23);
   const auto zone = clock ? zone_of(scan) : std::nullopt;
   if (!zone || zone->offset_ns != 0) return std::nullopt;
-  return ClockTime{ClockShape::DayOfYear, (*day - 1) * day_s * second_ns + *clock, false};
+  return ClockTime{ClockShape::DayOfYear, (*day - 1) * day_s * second_ns + *clock, zone->stated, false};
 }
 
 std::optional<ClockTime> hours_of(std::string_view text) {
@@ -248,8 +255,9 @@ std::optional<ClockTime> hours_of(std::string_view text) {
   const auto half_day = clock ? half_day_of(scan, *clock) : std::nullopt;
   if (!half_day) return std::nullopt;
   // A Z says that it is a time of day, which its shape alone does not.
-  if (!scan.empty() && (negative || !scan.skip("Z") || !scan.empty())) return std::nullopt;
-  return ClockTime{ClockShape::Hours, (negative ? -*clock : *clock) + *half_day, false};
+  const bool zoned = !negative && scan.skip("Z");
+  if (!scan.empty()) return std::nullopt;
+  return ClockTime{ClockShape::Hours, (negative ? -*clock : *clock) + half_day->offset_ns, zoned, half_day->stated};
 }
 
 std::optional<ClockTime> countdown_of(std::string_view text) {
@@ -267,7 +275,7 @@ std::optional<ClockTime> countdown_of(std::string_view text) {
     ns = clock_of(scan, 9999);
     if (!ns || !scan.empty()) return std::nullopt;
   }
-  return ClockTime{ClockShape::Countdown, before ? -*ns : *ns, false};
+  return ClockTime{ClockShape::Countdown, before ? -*ns : *ns, false, false};
 }
 
 }  // namespace

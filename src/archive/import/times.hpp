@@ -19,7 +19,8 @@ enum class ClockShape : std::uint8_t {
 struct ClockTime {
   ClockShape shape = ClockShape::Instant;
   std::int64_t ns = 0;  ///< since 1970, 1 January, midnight or lift-off, on the scale of the text
-  bool zoned = false;   ///< Instant: the text says its offset from UTC, which is taken off
+  bool zoned = false;   ///< the text says its offset from UTC, which is taken off
+  bool halved = false;  ///< the text says AM or PM
 };
 
 /// How dates of three numbers are written that do not start with a year of four digits.
