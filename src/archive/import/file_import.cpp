@@ -65,7 +65,7 @@ class FileImport {
       fail("time_scale: lift-off is before 2017; write leap_seconds, which GPS time was ahead of UTC then");
     }
     const int gps_minus_utc = clock_.leap_seconds.value_or(leap_seconds_since_2017);
-    return milliseconds(1000 * (gps_minus_utc + (mapping_.scale == TimeScale::Tai ? tai_minus_gps : 0)));
+    return milliseconds(std::int64_t{1000} * (gps_minus_utc + (mapping_.scale == TimeScale::Tai ? tai_minus_gps : 0)));
   }
 
   /// As the mapping says, or as the numbers of all rows show.

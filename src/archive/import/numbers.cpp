@@ -127,7 +127,7 @@ template ParsedNumber<double> parse_number(std::string_view text, DecimalMark ma
 template ParsedNumber<long double> parse_number(std::string_view text, DecimalMark mark);
 
 bool is_no_value(std::string_view text) {
-  if (text.find_first_not_of("-") == std::string_view::npos || text.find_first_not_of("*") == std::string_view::npos) {
+  if (text.find_first_not_of('-') == std::string_view::npos || text.find_first_not_of('*') == std::string_view::npos) {
     return true;
   }
   constexpr std::array<std::string_view, 10> words{"n/a", "na",   "#n/a", "null", "none",

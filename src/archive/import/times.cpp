@@ -77,7 +77,7 @@ std::optional<std::int64_t> clock_of(Scanner& scan, int last_hour, bool colons =
   if (!fraction || *minute > 59 || *second > (*minute == 59 ? 60 : 59)) return std::nullopt;
   const bool end_of_day = *hour == 24 && *minute == 0 && *second == 0 && *fraction == 0;
   if (*hour > last_hour && !end_of_day) return std::nullopt;
-  return (std::int64_t{*hour} * 3600 + *minute * 60 + *second) * second_ns + *fraction;
+  return (std::int64_t{*hour} * 3600 + std::int64_t{*minute} * 60 + *second) * second_ns + *fraction;
 }
 
 std::optional<std::int64_t> days_of(int year, int month, int day) {
