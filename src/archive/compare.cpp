@@ -104,6 +104,7 @@ CompareReport compare(const std::filesystem::path& a, const std::filesystem::pat
     more_b = more_b && advance(reader_b, false);
   }
   for (const auto& [path, reader] : {std::pair{&a, &reader_a}, std::pair{&b, &reader_b}}) {
+    reader->require_declared();
     if (const auto& cut = reader->truncated()) {
       throw ArchiveError(path->string() + ": cut off at byte " + std::to_string(cut->offset) + ": " + cut->what);
     }

@@ -32,7 +32,8 @@ struct CompareReport {
 
 /// Compares log time, publish time and payload bytes of the messages of each topic, in order. The message sequence is
 /// left out: it counts the events of a node, which differ where stages are split over nodes.
-/// No topics: those of the engine's results. Throws ArchiveError where a file is damaged or cut off.
+/// No topics: those of the engine's results. Throws ArchiveError where a file is damaged or cut off, or has messages of
+/// channels that it does not declare.
 [[nodiscard]] CompareReport compare(const std::filesystem::path& a, const std::filesystem::path& b,
                                     const std::vector<std::string>& topics = {});
 

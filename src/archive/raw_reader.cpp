@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <archive/mcap.hpp>
 #include <archive/reader.hpp>
+#include <array>
 #include <text/file.hpp>
 #include <utility>
 
@@ -38,6 +39,14 @@ std::optional<std::map<std::string, std::string>> string_map(ByteCursor& cursor)
     map.emplace(*key, *value);
   }
   return map;
+}
+
+/// Of a record that the specification has; else nothing.
+const char* name_of(std::uint8_t op) {
+  constexpr std::array names{"Header",     "Footer",       "Schema",        "Channel",       "Message",
+                             "Chunk",      "MessageIndex", "ChunkIndex",    "Attachment",    "AttachmentIndex",
+                             "Statistics", "Metadata",     "MetadataIndex", "SummaryOffset", "DataEnd"};
+  return op >= 1 && op <= names.size() ? names[op - 1U] : nullptr;
 }
 
 }  // namespace
@@ -93,6 +102,7 @@ void RawReader::read_record() {
     // The checksum covers the records before DataEnd, then those after it.
     crc_ = section_ == Section::Summary ? 0 : crc32(record, crc_);
   } else {
+    read_summary_record(op);
     crc_ = crc32(record, crc_);
   }
   file_.skip(record.size());
@@ -129,6 +139,22 @@ void RawReader::read_data_record(std::uint8_t op, ByteView content) {
       return;
     default:
       ++skipped_.unknown_records;
+  }
+}
+
+void RawReader::read_summary_record(std::uint8_t op) {
+  switch (static_cast<Op>(op)) {
+    case Op::Schema:  // again, for those who jump
+    case Op::Channel:
+    case Op::Statistics:
+    case Op::MessageIndex:
+    case Op::ChunkIndex:
+    case Op::AttachmentIndex:
+    case Op::MetadataIndex:
+    case Op::SummaryOffset:
+      return;
+    default:
+      pass_over(op, "behind the end of the data, allowed there: the summary");
   }
 }
 
@@ -175,10 +201,15 @@ std::optional<RawMessage> RawReader::next_in_chunk() {
         if (auto found = message(*content)) return found;
         break;
       default:
-        ++skipped_.unknown_records;
+        pass_over(*op, "inside a chunk, allowed there: schemas, channels and messages");
     }
   }
   return std::nullopt;
+}
+
+void RawReader::pass_over(std::uint8_t op, const char* where) {
+  if (const char* name = name_of(op)) damaged(std::string("found a ") + name + " record " + where);
+  ++skipped_.unknown_records;
 }
 
 std::optional<RawMessage> RawReader::message(ByteView content) {
@@ -190,10 +221,32 @@ std::optional<RawMessage> RawReader::message(ByteView content) {
   if (!channel || !sequence || !log_time || !publish_time) damaged("Message record too short");
   const auto found = channels_.find(*channel);
   if (found == channels_.end()) {
-    ++skipped_.unknown_channels;
+    ++skipped_.undeclared[*channel];
     return std::nullopt;
   }
   return RawMessage{&found->second, *sequence, *log_time, *publish_time, cursor.rest(), record_offset_};
+}
+
+std::string RawReader::undeclared_messages() const {
+  constexpr std::size_t named = 5;
+  std::string text;
+  std::size_t channels = 0;
+  std::uint64_t others = 0;
+  for (const auto& [channel, count] : skipped_.undeclared) {
+    if (channels++ >= named) {
+      others += count;
+      continue;
+    }
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + (count == 1 ? " message" : " messages") +
+            " of channel " + std::to_string(channel);
+  }
+  return others == 0 ? text : text + ", " + std::to_string(others) + " of other channels";
+}
+
+void RawReader::require_declared() const {
+  if (skipped_.undeclared.empty()) return;
+  throw ArchiveError(path_.string() + ": found " + undeclared_messages() +
+                     " that no Channel record before them declares, so what they hold cannot be read; expected: none");
 }
 
 void RawReader::read_schema(ByteView content) {

@@ -51,8 +51,9 @@ struct Truncation {
 
 /// What a reader passed over without judging it.
 struct Skipped {
-  std::uint64_t unknown_records = 0;    ///< opcodes that the specification does not have
-  std::uint64_t unknown_channels = 0;   ///< messages of a channel that the file does not declare
+  std::uint64_t unknown_records = 0;  ///< opcodes that the specification does not have
+  /// Messages by the id of their channel, which no Channel record before them declares: what they are is not known.
+  std::map<std::uint16_t, std::uint64_t> undeclared;
   std::uint64_t large_attachments = 0;  ///< no room to keep them
   std::uint64_t foreign_messages = 0;   ///< messages of channels that are not ours (typed reader only)
 };
@@ -76,6 +77,10 @@ class RawReader {
   [[nodiscard]] const std::vector<Attachment>& attachments() const { return attachments_; }
   [[nodiscard]] const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
   [[nodiscard]] const Skipped& skipped() const { return skipped_; }
+  /// Those of undeclared channels in words: "3 messages of channel 7, 1 message of channel 9"; empty: none.
+  [[nodiscard]] std::string undeclared_messages() const;
+  /// Throws ArchiveError where there were any: to be called when next() has ended, by whoever needs all messages.
+  void require_declared() const;
   /// From the Header record.
   [[nodiscard]] const std::string& library() const { return library_; }
   /// Share of the file read, 0 to 1.
@@ -87,7 +92,10 @@ class RawReader {
   void read_start();
   void read_record();
   void read_data_record(std::uint8_t op, ByteView content);
+  void read_summary_record(std::uint8_t op);
   void open_chunk(ByteView content);
+  /// Counts a record that the specification does not have; throws as damaged() for one that does not belong there.
+  void pass_over(std::uint8_t op, const char* where);
   std::optional<RawMessage> next_in_chunk();
   std::optional<RawMessage> message(ByteView content);
   void read_schema(ByteView content);

@@ -60,6 +60,7 @@ std::optional<EventSource::Place> EventSource::next_in_file() {
       }
     }
   }
+  reader_.raw().require_declared();
   return std::nullopt;
 }
 
@@ -120,6 +121,8 @@ void require_events(const std::filesystem::path& path) {
   for (const auto& [channel, count] : reader.foreign_channels()) {
     add(std::to_string(count) + " messages of " + channel);
   }
+  if (const std::string lost = reader.raw().undeclared_messages(); !lost.empty())
+    add(lost + ", which no Channel record before them declares");
   throw ArchiveError(path.string() + ": no measurement or mission event of Downrange in it; it holds " +
                      (holds.empty() ? "no message at all" : holds));
 }

@@ -32,8 +32,8 @@ class EventSource {
   explicit EventSource(const std::filesystem::path& path, EventOrder order = {});
 
   /// The next event; nothing at the end. Throws ArchiveError where the file is damaged, for an input that is no legal
-  /// record (to go on without it would not be the same flight), and for a silence of more than `max_silence`;
-  /// OrderError for events out of order, unless they are to be sorted.
+  /// record or, at the end, messages of undeclared channels (to go on without them would not be the same flight), and
+  /// for a silence of more than `max_silence`; OrderError for events out of order, unless they are to be sorted.
   [[nodiscard]] std::optional<Event> next();
 
   /// Longer than any flight or standby: a wrong clock, and years of ticks to run.

@@ -111,6 +111,16 @@ expect 0 "" bash -c "! ls '$work'/never.mcap* '$work'/*.part 2> /dev/null"
 cp "$work/good.mcap" "$work/length.mcap"
 printf '\xff\xff\xff\x7f' | dd of="$work/length.mcap" bs=1 seek=9 conv=notrunc status=none
 expect 1 "damaged at byte 8" "$downrange" replay "$work/length.mcap" --config "$naro"
+# A message of a channel that no record declares: whoever needs all messages says that one is lost.
+{ printf '\x89MCAP0\r\n\x01\x08\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x05\x16\0\0\0\0\0\0\0\x09\0' && head -c 20 /dev/zero
+  printf '\x0f\x04\0\0\0\0\0\0\0\0\0\0\0\x02\x14\0\0\0\0\0\0\0' && head -c 20 /dev/zero
+  printf '\x89MCAP0\r\n'; } > "$work/undeclared.mcap"
+lost="1 message of channel 9"
+expect 1 "it holds $lost" "$downrange" replay "$work/undeclared.mcap" --config "$naro"
+expect 1 "undeclared.mcap: found $lost" "$downrange" report "$work/undeclared.mcap" --config "$naro"
+expect 1 "undeclared.mcap: found $lost" "$downrange" report "$work/undeclared.mcap" --config "$naro" --calibration "$work/c"
+expect 1 "undeclared.mcap: found $lost" "$downrange" diff "$work/out.mcap" "$work/undeclared.mcap"
+expect 1 "it holds $lost" "$downrange" preflight "$naro" --archive "$work/undeclared.mcap"
 echo "not an archive" > "$work/text.mcap"
 expect 1 "text.mcap" "$downrange" replay "$work/text.mcap" --config "$naro"
 expect 1 "No space left" "$downrange" replay "$work/good.mcap" --out /dev/full

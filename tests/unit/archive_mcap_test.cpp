@@ -1,7 +1,10 @@
 // The container against the MCAP specification (mcap.dev/spec): bytes written here by hand from its tables, not by our
 // own encoder.
 
+#include <archive/compare.hpp>
 #include <archive/mcap.hpp>
+#include <archive/replay.hpp>
+#include <functional>
 #include <initializer_list>
 
 #include "archive_testing.hpp"
@@ -112,13 +115,81 @@ TEST_F(ArchiveMcap, ReadsAttachmentsAndMetadata) {
 // "Readers should ignore any unknown fields", and unknown records; a checksum of zero is not tested.
 TEST_F(ArchiveMcap, PassesOverWhatItDoesNotKnow) {
   const std::string longer_schema = rec(0x03, le(7, 2) + str("a.B") + str("protobuf") + str("d") + "new field");
-  const std::string orphan = rec(0x05, le(99, 2) + le(1, 4) + le(1, 8) + le(1, 8) + "x");
-  const std::string inside = longer_schema + channel + orphan + message(1, "y");
+  const std::string inside = longer_schema + channel + message(1, "y");
   RawReader reader(file(magic + header + rec(0x90, "private") + chunk(inside, 0) + data_end + footer + magic));
   EXPECT_TRUE(reader.next());
   EXPECT_FALSE(reader.next());
   EXPECT_EQ(reader.skipped().unknown_records, 1u);
-  EXPECT_EQ(reader.skipped().unknown_channels, 1u);
+  EXPECT_NO_THROW(reader.require_declared());
+}
+
+/// What `read` throws.
+std::string error_of(const std::function<void()>& read) {
+  try {
+    read();
+  } catch (const ArchiveError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string orphan(int of_channel) {
+  return rec(0x05, le(static_cast<std::uint64_t>(of_channel), 2) + le(1, 4) + le(1, 8) + le(1, 8) + "x");
+}
+
+// A message whose channel is not declared before it may be anything: whoever needs all of a file learns that some is
+// lost, how much, and of which channel.
+TEST_F(ArchiveMcap, MessagesOfUndeclaredChannelsAreSaid) {
+  const std::string inside = orphan(99) + message(1, "early") + schema + channel + orphan(99) + message(1, "y");
+  const auto path = file(magic + header + chunk(inside, 0) + orphan(7) + data_end + footer + magic);
+  RawReader reader(path);
+  EXPECT_TRUE(reader.next());
+  EXPECT_FALSE(reader.next());
+  const std::string found = "1 message of channel 7, 2 messages of channel 99, 1 message of channel 258";
+  EXPECT_EQ(reader.undeclared_messages(), found);
+  const std::string said = path.string() + ": found " + found +
+                           " that no Channel record before them declares, so what they hold cannot be read; "
+                           "expected: none";
+  EXPECT_EQ(error_of([&] { reader.require_declared(); }), said);
+  for (const bool sort : {false, true}) {
+    EventSource source(path, {.sort = sort});
+    EXPECT_EQ(error_of([&] { static_cast<void>(source.next()); }), said);
+  }
+  EXPECT_EQ(error_of([&] { static_cast<void>(compare(path, path)); }), said);
+  const std::string holds = error_of([&] { require_events(path); });
+  EXPECT_NE(holds.find("it holds 1 messages of 'some/topic' ('a.B') and " + found + ", which no Channel record"),
+            std::string::npos)
+      << holds;
+}
+
+TEST_F(ArchiveMcap, UndeclaredChannelsAreNamedUpToFive) {
+  std::string records;
+  for (const int id : {1, 2, 3, 4, 5, 6, 7, 7}) records += orphan(id);
+  RawReader reader(file(magic + header + records + data_end + footer + magic));
+  EXPECT_FALSE(reader.next());
+  const std::string found = reader.undeclared_messages();
+  EXPECT_TRUE(found.ends_with(", 1 message of channel 5, 3 of other channels")) << found;
+}
+
+// Data where the specification has none would be lost without a word.
+TEST_F(ArchiveMcap, RecordsInTheWrongPlaceAreDamage) {
+  const std::string metadata = rec(0x0C, str("m") + str(""));
+  const auto error = [&](const std::string& bytes) {
+    RawReader reader(file(magic + header + bytes + footer + magic));
+    return error_of([&] {
+      while (reader.next()) {
+      }
+    });
+  };
+  const auto expect = [](const std::string& said, const std::string& what) {
+    EXPECT_NE(said.find(what), std::string::npos) << said;
+  };
+  const std::string nested = chunk(schema + channel + message(1, "y"), 0);
+  expect(error(chunk(nested, 0) + data_end), "found a Chunk record inside a chunk, allowed there: schemas, channels");
+  expect(error(chunk(metadata, 0) + data_end), "found a Metadata record inside a chunk");
+  expect(error(data_end + nested), "found a Chunk record behind the end of the data, allowed there: the summary");
+  expect(error(data_end + schema + channel + message(1, "y")), "found a Message record behind the end of the data");
+  expect(error(chunk(rec(0x90, "private"), 0) + data_end + rec(0x90, "private")), "no error");
 }
 
 TEST_F(ArchiveMcap, ForeignChannelsAreCountedNotDecoded) {

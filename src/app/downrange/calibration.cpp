@@ -35,6 +35,7 @@ LastBiases last_biases(const std::string& flight, const Name& method) {
     last.methods.insert(bias->method);
     if (bias->method == method) last.by_sensor[bias->sensor] = *bias;
   }
+  reader.raw().require_declared();
   last.cut_off = reader.truncated().has_value();
   return last;
 }

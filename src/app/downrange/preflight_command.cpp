@@ -53,6 +53,7 @@ void read(const std::string& path, Preflight& preflight) {
         },
         entry->record);
   }
+  reader.raw().require_declared();
 }
 
 void listen(const Options& o, const config::ServiceConfig& config, Preflight& preflight) {

@@ -32,8 +32,9 @@ struct Options {
   OutputFiles files;
 };
 
-/// Says so if the archive is cut off.
+/// Says so if the archive is cut off. Throws ArchiveError where it has messages that cannot be read.
 bool judge_end(const archive::Reader& reader, const std::string& path) {
+  reader.raw().require_declared();
   const auto& cut = reader.truncated();
   if (cut)
     std::cerr << "downrange: " << path << " is cut off at byte " << cut->offset << " (" << cut->what
@@ -110,6 +111,7 @@ Flight survey(const std::string& path, score::OutlierFinder* outliers) {
     }
     flight.has_results = flight.has_results || is_result(entry->record);
   }
+  reader.raw().require_declared();
   return flight;
 }
 
