@@ -155,6 +155,8 @@ void make_absolute(std::filesystem::path& path, const std::filesystem::path& bas
   if (!path.empty()) path = (base / path).lexically_normal();
 }
 
+std::string found_file(const std::string& file, const std::string& why) { return "found \"" + file + "\", " + why; }
+
 /// The sensor's table of a calibration file; nothing after a problem. `list`: "radar", "angle_sensor".
 std::optional<toml::table> take_calibration(const std::filesystem::path& file, const std::string& list,
                                             const std::string& id, const std::function<void(const std::string&)>& fail,
@@ -196,8 +198,7 @@ bool inline_calibrations(toml::table& root, const std::string& list, const std::
     const std::string file = sensor->at_path("calibration").value_or(std::string());
     if (file.empty()) continue;
     const auto fail = [&](const std::string& why) {
-      problems.add(sensor->get("calibration"), list + '[' + std::to_string(i) + "].calibration",
-                   "found \"" + file + "\", " + why);
+      problems.add(sensor->get("calibration"), list + '[' + std::to_string(i) + "].calibration", found_file(file, why));
     };
     auto table = take_calibration(base / file, list, sensor->at_path("id").value_or(std::string()), fail, problems);
     if (!table) continue;
@@ -237,15 +238,24 @@ bool inline_nominals(toml::table& root, const std::filesystem::path& base, Probl
       target->insert_or_assign("nominal", rows_of(*nominal));
       any = true;
     } catch (const text::FileError& error) {
-      problems.add(target->get("nominal"), "target[" + std::to_string(i) + "].nominal",
-                   "found \"" + file + "\", " + error.what());
+      problems.add(target->get("nominal"), "target[" + std::to_string(i) + "].nominal", found_file(file, error.what()));
     }
   }
   return any;
 }
 
+void check_profiles(const ServiceConfig& config, const toml::table& root, const Report& report) {
+  std::error_code error;
+  if (config.dds.profiles.empty() || std::filesystem::is_regular_file(config.dds.profiles, error)) return;
+  report(toml::at_path(root, "dds.profiles").node(), "dds.profiles",
+         found_file(config.dds.profiles.string(), "no such file"));
+}
+
+/// Whether a bus that cannot be used is a problem of the configuration, or of whoever talks on it.
+enum class Bus : std::uint8_t { Maybe, Needed };
+
 ServiceConfig load_parts(std::string_view text, const std::filesystem::path& file, const Overrides& overrides,
-                         bool files_exist) {
+                         Bus bus) {
   Problems problems(file, overrides);
   toml::table root = parse(text, problems);
   for (const Override& override : overrides) apply(override, root, problems);
@@ -261,12 +271,10 @@ ServiceConfig load_parts(std::string_view text, const std::filesystem::path& fil
   make_absolute(config.dds.profiles, base);
   make_absolute(config.archive.directory, base);
   make_absolute(config.log.file, base);
-  std::error_code error;
-  if (files_exist && !config.dds.profiles.empty() && !std::filesystem::is_regular_file(config.dds.profiles, error)) {
-    report(toml::at_path(root, "dds.profiles").node(), "dds.profiles",
-           "found \"" + config.dds.profiles.string() + "\", no such file");
-  }
+  Problems of_bus(file, overrides);
+  check_profiles(config, root, bus == Bus::Needed ? report : of_bus.report());
   problems.throw_if_any();
+  config.bus_problems = std::move(of_bus).in_order();
   Problems warnings(file, overrides);
   warn_about(config, root, warnings.report());
   config.warnings = std::move(warnings).in_order();
@@ -294,23 +302,24 @@ ConfigError::ConfigError(std::vector<Problem> problems)
     : std::runtime_error(what_of(problems)), problems_(std::move(problems)) {}
 
 ServiceConfig load(const std::filesystem::path& file, const Overrides& overrides) {
-  return load_parts(read_file(file), file, overrides, true);
+  return load_parts(read_file(file), file, overrides, Bus::Maybe);
 }
 
 ServiceConfig load_text(std::string_view text, const std::filesystem::path& name, const Overrides& overrides) {
-  return load_parts(text, name, overrides, false);
+  return load_parts(text, name, overrides, Bus::Maybe);
 }
 
 void require_dds(const ServiceConfig& config) {
-  if (!config.dds.profiles.empty()) return;
-  throw ConfigError(
-      {{config.file.string(), 0, "dds",
-        "missing, required by whatever talks on the bus: [dds] with profiles, the file of QoS profiles"}});
+  if (config.dds.profiles.empty())
+    throw ConfigError(
+        {{config.file.string(), 0, "dds",
+          "missing, required by whatever talks on the bus: [dds] with profiles, the file of QoS profiles"}});
+  if (!config.bus_problems.empty()) throw ConfigError(config.bus_problems);
 }
 
 std::vector<Problem> check(const std::filesystem::path& file) {
   try {
-    static_cast<void>(load(file));
+    static_cast<void>(load_parts(read_file(file), file, {}, Bus::Needed));
     return {};
   } catch (const ConfigError& error) {
     return error.problems();

@@ -37,11 +37,12 @@ using Overrides = std::vector<Override>;
 [[nodiscard]] ServiceConfig load_text(std::string_view text, const std::filesystem::path& name,
                                       const Overrides& overrides = {});
 
-/// Throws ConfigError where the configuration has no [dds]. Replay, check, report and experiments do without; whatever
-/// talks on the bus asks here first.
+/// Throws ConfigError where the configuration has no [dds], or its profiles are no file. Replay, report and experiments
+/// do without; whatever talks on the bus asks here first.
 void require_dds(const ServiceConfig& config);
 
-/// Every problem of the file, in its order; none: it is a valid configuration.
+/// Every problem of the file, in its order; none: it is a valid configuration. Where
+/// it has [dds], the file of its profiles is there.
 [[nodiscard]] std::vector<Problem> check(const std::filesystem::path& file);
 
 /// Reference of all keys with type, default, allowed values and meaning, for people.

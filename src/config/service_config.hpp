@@ -62,8 +62,9 @@ struct ServiceConfig {
   std::string text;  ///< the configuration in force, as TOML that loads again: what an archive attaches
   std::string hash;  ///< SHA-256 of `text`, 64 hexadecimal digits
 
-  std::filesystem::path file;     ///< that it was read from, as it was named
-  std::vector<Problem> warnings;  ///< allowed, but hardly meant: for a person to look at
+  std::filesystem::path file;         ///< that it was read from, as it was named
+  std::vector<Problem> warnings;      ///< allowed, but hardly meant: for a person to look at
+  std::vector<Problem> bus_problems;  ///< of [dds], for whoever talks on the bus: `require_dds`
 };
 
 }  // namespace downrange::config

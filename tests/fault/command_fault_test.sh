@@ -47,6 +47,13 @@ expect 1 "absent-scenario" "$downrange" simulate "$naro" --scenario "$work/absen
 expect 2 "dds.domain" "$downrange" watch "$naro" --domain 1000
 expect 1 "--clock range" "$downrange" simulate "$naro" --scenario "$launch" --dds --clock wall --rate 2
 
+# Profiles of a bus that are not there are missed by whoever talks on it.
+mkdir "$work/alone" && cp "$naro" "$work/alone"
+expect 2 "dds-qos.xml\", no such file" "$downrange" check "$work/alone/naro.toml"
+expect 2 "dds-qos.xml\", no such file" "$downrange" record "$work/alone/naro.toml" --out "$work/x.mcap" --duration 1
+expect 2 "dds-qos.xml\", no such file" "$downrange" watch "$work/alone/naro.toml" --record "$work/x.mcap" --plain --idle 1
+expect 0 "" bash -c "! ls '$work/x.mcap' 2> /dev/null"
+
 expect 2 "launch" "$downrange" experiment nonesuch
 expect 2 "NAME" "$downrange" experiment
 expect 2 "allowed are" "$downrange" experiment launch --methods nonesuch
@@ -70,6 +77,8 @@ sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"
 "$downrange" simulate "$naro" --scenario "$work/short.toml" --set ingest.expect_simulated=true \
   --archive "$work/good.mcap" || exit 1
 expect 0 "events over" "$downrange" replay "$work/good.mcap" --out "$work/out.mcap"
+expect 0 "events over" "$downrange" replay "$work/good.mcap" --config "$work/alone/naro.toml" \
+  --set ingest.expect_simulated=true
 expect 1 "holds no results" "$downrange" report "$work/good.mcap"
 expect 1 "holds no true trajectory" "$downrange" report "$work/out.mcap" --truth "$work/good.mcap"
 expect 2 "nonesuch" "$downrange" replay "$work/good.mcap" --methods nonesuch

@@ -425,6 +425,14 @@ TEST(Dds, IsOptionalUntilSomethingTalks) {
     EXPECT_NE(std::string(error.what()).find("cape.toml: dds: missing"), std::string::npos) << error.what();
   }
   EXPECT_NO_THROW(require_dds(load(naro)));
+  // Profiles that are not there are a problem of whoever talks, too.
+  const ServiceConfig absent = load_text(small + "[dds]\nprofiles = \"/absent.xml\"\n", "cape.toml");
+  try {
+    require_dds(absent);
+    FAIL() << "a service without profiles";
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(), "cape.toml:14: dds.profiles: found \"/absent.xml\", no such file");
+  }
   // A centre's configuration too: its ingest nodes belong to the bus.
   EXPECT_EQ(joined(problems_of(small + "[node]\nstages = [\"align\", \"fuse\", \"slave\"]\n")), "");
 }

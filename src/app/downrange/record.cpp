@@ -24,12 +24,13 @@ int record(const Options& o) {
     throw std::runtime_error(
         "record writes what arrives live, on the wall clock; a run on the range clock is recorded by "
         "its nodes ([archive]) and by watch --record");
+  const dds::ParticipantOptions bus = participant_options(config, "downrange-record");
   LiveRecording recording(o.out, {}, config.text);
   std::mutex mutex;  // the middleware calls back from several threads
   std::uint64_t events = 0;
   Time newest{};
 
-  dds::Participant participant(participant_options(config, "downrange-record"));
+  dds::Participant participant(bus);
   std::optional<dds::InputReader> reader;
   reader.emplace(participant, dds::InputSelection{}, [&](const Event& arrived, const dds::RangeStamp&, const Name&) {
     const std::scoped_lock lock(mutex);

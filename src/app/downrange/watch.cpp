@@ -49,11 +49,12 @@ int watch(const Options& o) {
   const StopSignal stop;
   const config::ServiceConfig config = o.dds.load();
   o.files.check({o.record}, {o.dds.config});
+  const dds::ParticipantOptions bus = participant_options(config, "downrange-watch");
   std::optional<LiveRecording> recording;
   if (!o.record.empty())
     recording.emplace(o.record, archive::WriterOptions{.overwrite = o.files.overwrite(o.record)}, config.text);
 
-  dds::Participant participant(participant_options(config, "downrange-watch"));
+  dds::Participant participant(bus);
   Board board(participant.clock());
   Consumer consumer(board, recording ? &*recording : nullptr);
   const bool screen = !o.plain && isatty(STDOUT_FILENO) != 0;

@@ -26,6 +26,7 @@ void reload(const Options& options, config::ServiceConfig& running, Logging& log
   notify_reloading();
   try {
     const config::ServiceConfig wanted = config::load(options.config, options.overrides);
+    config::require_dds(wanted);
     running.log.level = wanted.log.level;
     logging.set_level(wanted.log.level);
     const std::vector<std::string> need_restart = config::differences(running, wanted);

@@ -26,14 +26,23 @@ constexpr unsigned every_kinematics = [] {
   for (const Kinematics k : all_kinematics) bits |= MethodCapabilities::bit_of(k);
   return bits;
 }();
-constexpr MethodCapabilities track_level{.most_radars = max_fused_tracks, .smoothed_gps = true, .batch = true};
+/// song2015: the range paper's biases and track.
+constexpr MethodCapabilities cartesian{
+    .smoothed_gps = true, .batch = true, .cartesian_bias = true, .cartesian_track = true};
+constexpr MethodCapabilities track_level = [] {
+  MethodCapabilities c = cartesian;
+  c.most_radars = max_fused_tracks;
+  return c;
+}();
+constexpr MethodCapabilities without_correction{.batch = true, .cartesian_track = true};
 /// joint and schmidt but for their kinematics.
 constexpr MethodCapabilities many_states{.kinematics = every_kinematics,
                                          .partial_plots = true,
                                          .bias_blocks = true,
                                          .wander = true,
                                          .range_rate = true,
-                                         .adaptive_noise = true};
+                                         .adaptive_noise = true,
+                                         .gps_regimes = true};
 constexpr MethodCapabilities of_schmidt = [] {
   MethodCapabilities c = many_states;
   c.kinematics &= ~MethodCapabilities::bit_of(Kinematics::Vdie);
@@ -50,17 +59,22 @@ constexpr NamedMethod own_methods[] = {
      [](const MethodSettings& s) {
        return s.stations > 0 && s.gps.error.enabled ? rewound(Ts<12>(s)) : rewound(Ts<9>(s));
      },
-     {.partial_plots = true, .bias_blocks = true, .range_rate = true, .adaptive_noise = true, .white_jerk = true}},
-    {"song2015",
-     [](const MethodSettings& s) { return rewound(Song2015(s, true)); },
-     {.smoothed_gps = true, .batch = true}},
+     {.partial_plots = true,
+      .bias_blocks = true,
+      .range_rate = true,
+      .adaptive_noise = true,
+      .white_jerk = true,
+      .gps_regimes = true}},
+    {"song2015", [](const MethodSettings& s) { return rewound(Song2015(s, true)); }, cartesian},
     {"information", [](const MethodSettings& s) { return rewound(TrackLevel<InformationRule>(s)); }, track_level},
     {"federated", [](const MethodSettings& s) { return rewound(TrackLevel<FederatedRule>(s)); }, track_level},
     {"map", [](const MethodSettings& s) { return rewound(TrackLevel<MapRule>(s)); }, track_level},
     {"bar-shalom-campo", [](const MethodSettings& s) { return rewound(TrackLevel<CampoRule>(s)); }, track_level},
     {"convex", [](const MethodSettings& s) { return rewound(TrackLevel<ConvexRule>(s)); }, track_level},
-    {"alpha-beta", [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<QuickLook>(s); }},
-    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }, {.batch = true}},
+    {"alpha-beta",
+     [](const MethodSettings& s) -> std::unique_ptr<Method> { return std::make_unique<QuickLook>(s); },
+     {.quick_look = true}},
+    {"uncorrected", [](const MethodSettings& s) { return rewound(Song2015(s, false)); }, without_correction},
 };
 
 /// These, and behind them the registered ones. Neither reference nor view goes stale when one is added.

@@ -64,15 +64,19 @@ using MethodMaker = std::unique_ptr<Method> (*)(const MethodSettings& settings);
 /// asks for kinematics or smoothed GPS where no method takes them; of keys for what none does (below) `check` warns.
 struct MethodCapabilities {
   int most_radars = 64;
-  unsigned kinematics = 0;      ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
-  bool smoothed_gps = false;    ///< align.gps_reference = "smooth" means something to it
-  bool partial_plots = false;   ///< uses range alone, angles alone (of trackers too), a receiver alone; else not
-  bool bias_blocks = false;     ///< finds the biases that a radar's bias_blocks name; else it has its own
-  bool wander = false;          ///< has states for a mount's wander
-  bool range_rate = false;      ///< uses it
-  bool adaptive_noise = false;  ///< learns the scale of each source's noise
-  bool white_jerk = false;      ///< moves its targets or its GPS track with white jerk, whatever fuse.kinematics names
-  bool batch = false;           ///< fuses the plots of fuse.batch_ms at once
+  unsigned kinematics = 0;       ///< `bit_of` each that fuse.kinematics may name; 0: it has its own
+  bool smoothed_gps = false;     ///< align.gps_reference = "smooth" means something to it
+  bool partial_plots = false;    ///< uses range alone, angles alone (of trackers too), a receiver alone; else not
+  bool bias_blocks = false;      ///< finds the biases that a radar's bias_blocks name; else it has its own
+  bool wander = false;           ///< has states for a mount's wander
+  bool range_rate = false;       ///< uses it
+  bool adaptive_noise = false;   ///< learns the scale of each source's noise
+  bool white_jerk = false;       ///< moves its targets or its GPS track with white jerk, whatever fuse.kinematics names
+  bool batch = false;            ///< fuses the plots of fuse.batch_ms at once
+  bool cartesian_bias = false;   ///< finds biases of its own in Cartesian axes: AlignConfig::cartesian_bias
+  bool cartesian_track = false;  ///< its track and the one of its fixes move by fuse.q_m2_s3 and align.gps_q_m2_s3
+  bool quick_look = false;       ///< tracks by fuse.alpha_beta_acceleration_m_s2
+  bool gps_regimes = false;      ///< estimates a receiver's slow error; has a regime until the first fixes (no_gps)
 
   [[nodiscard]] static constexpr unsigned bit_of(Kinematics kinematics) {
     return 1U << static_cast<unsigned>(kinematics);
