@@ -32,6 +32,12 @@ class BlockedSignals {
 
 }  // namespace
 
+bool FileId::is_at(const std::filesystem::path& path) const {
+  struct stat named {};
+  if (::stat(path.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
+  return named.st_dev == device && named.st_ino == inode;
+}
+
 FileThread::FileThread(const std::filesystem::path& path, const Options& options)
     : path_(path), options_(options), compressor_(options.compression) {
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (options.overwrite ? O_TRUNC : O_EXCL), 0644);
@@ -39,8 +45,7 @@ FileThread::FileThread(const std::filesystem::path& path, const Options& options
 
   struct stat file {};
   if (::fstat(fd_, &file) == 0) {
-    device_ = file.st_dev;
-    inode_ = file.st_ino;
+    id_ = {.device = file.st_dev, .inode = file.st_ino};
   }
 
   Bytes header;
@@ -86,10 +91,13 @@ void FileThread::count_lost(std::uint64_t messages) {
   status_.messages_lost += messages;
 }
 
-bool FileThread::in_place() const {
-  struct stat named {};
-  if (::stat(path_.c_str(), &named) != 0) return errno != ENOENT && errno != ENOTDIR;
-  return named.st_dev == device_ && named.st_ino == inode_;
+std::optional<std::filesystem::path> FileThread::whereabouts() const {
+  if (in_place()) return path_;
+  struct stat file {};
+  if (::fstat(fd_, &file) != 0 || file.st_nlink == 0) return std::nullopt;
+  std::error_code unknown;
+  auto path = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd_), unknown);
+  return unknown ? std::nullopt : std::optional(std::move(path));
 }
 
 void FileThread::finish() {

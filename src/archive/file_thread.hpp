@@ -9,6 +9,7 @@
 #include <deque>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -25,6 +26,15 @@ struct WriterStatus {
   std::size_t chunks_waiting = 0;
 
   [[nodiscard]] bool ok() const { return failure.empty() && messages_lost == 0; }
+};
+
+/// Which file it is, whatever its name.
+struct FileId {
+  std::uint64_t device = 0;
+  std::uint64_t inode = 0;
+
+  /// Whether `path` names it. False only where that is certain, not where the path cannot be looked at.
+  [[nodiscard]] bool is_at(const std::filesystem::path& path) const;
 };
 
 /// A piece of the file, in order: the records of a chunk, or one whole Attachment or Metadata record.
@@ -58,9 +68,11 @@ class FileThread {
   /// Writes what waits, the summary and the end of the file, and closes it. Only the first call does something.
   void finish();
 
-  /// Whether the file is still what its path names. False only where that is certain, not where the path cannot be
-  /// looked at.
-  [[nodiscard]] bool in_place() const;
+  /// Whether the file is still what its path names.
+  [[nodiscard]] bool in_place() const { return id_.is_at(path_); }
+  /// The file's path now, another where it was moved; nothing: it was removed. Before finish().
+  [[nodiscard]] std::optional<std::filesystem::path> whereabouts() const;
+  [[nodiscard]] const FileId& id() const { return id_; }
   [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
   [[nodiscard]] WriterStatus status() const;
 
@@ -76,8 +88,7 @@ class FileThread {
   std::filesystem::path path_;
   Options options_;
   int fd_ = -1;
-  std::uint64_t device_ = 0;  ///< with the inode: which file it is
-  std::uint64_t inode_ = 0;
+  FileId id_;
 
   // The thread's own.
   Compressor compressor_;

@@ -48,10 +48,23 @@ std::optional<std::string> LastingWriter::look() {
   return text;
 }
 
+std::vector<WrittenFile> LastingWriter::close() {
+  leave();
+  for (WrittenFile& file : left_) file.kept = file.kept && file.id.is_at(file.path);
+  return std::move(left_);
+}
+
+void LastingWriter::leave() {
+  const auto now_at = writer_->whereabouts();
+  left_.push_back(
+      {.path = now_at.value_or(path_), .id = writer_->id(), .status = writer_->close(), .kept = now_at.has_value()});
+}
+
 void LastingWriter::begin(const std::filesystem::path& path, const std::filesystem::path& continues) {
   auto writer = std::make_unique<Writer>(path, options_);
   beginning_(*writer, continues);
   writer->flush();
+  if (writer_) leave();
   writer_ = std::move(writer);
   path_ = path;
 }

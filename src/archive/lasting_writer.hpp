@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace downrange::archive {
 
@@ -16,6 +17,19 @@ namespace downrange::archive {
 /// What begins each file: attachments, metadata. `continues` is the file that it takes the place of, empty for the
 /// first.
 using Beginning = std::function<void(Writer& writer, const std::filesystem::path& continues)>;
+
+/// One of the files, at the end.
+struct WrittenFile {
+  std::filesystem::path path;  ///< where it is: under its name, or where it was moved to; where it was, if it is gone
+  FileId id;
+  WriterStatus status;
+  bool kept = true;  ///< it is there; else the messages written to it are lost as well
+
+  [[nodiscard]] std::uint64_t messages_kept() const { return kept ? status.messages_written : 0; }
+  [[nodiscard]] std::uint64_t messages_lost() const {
+    return status.messages_lost + status.messages_written - messages_kept();
+  }
+};
 
 class LastingWriter {
  public:
@@ -32,7 +46,13 @@ class LastingWriter {
   /// each once. A later call tries again.
   [[nodiscard]] std::optional<std::string> look();
 
+  /// Closes the file. All files there were, in their order: every message that was written is in the account of one.
+  /// One that was taken away before, and could not be replaced, has what was written since.
+  [[nodiscard]] std::vector<WrittenFile> close();
+
  private:
+  /// Closes the file in hand for good and notes what became of it.
+  void leave();
   void begin(const std::filesystem::path& path, const std::filesystem::path& continues);
 
   const std::filesystem::path first_path_;
@@ -40,6 +60,7 @@ class LastingWriter {
   const Beginning beginning_;
   std::filesystem::path path_;
   std::unique_ptr<Writer> writer_;
+  std::vector<WrittenFile> left_;
   std::string told_;
 };
 

@@ -172,6 +172,10 @@ bool Writer::failed() const { return impl_->file().failed(); }
 
 bool Writer::in_place() const { return impl_->file().in_place(); }
 
+std::optional<std::filesystem::path> Writer::whereabouts() const { return impl_->file().whereabouts(); }
+
+const FileId& Writer::id() const { return impl_->file().id(); }
+
 WriterStatus Writer::status() const { return impl_->file().status(); }
 
 }  // namespace downrange::archive

@@ -59,6 +59,9 @@ class Writer {
   [[nodiscard]] bool failed() const;
   /// False: the file was removed or replaced. What is written goes nowhere that can be found.
   [[nodiscard]] bool in_place() const;
+  /// Where the file is now; nothing: it was removed. Before close().
+  [[nodiscard]] std::optional<std::filesystem::path> whereabouts() const;
+  [[nodiscard]] const FileId& id() const;
   [[nodiscard]] WriterStatus status() const;
 
  private:

@@ -292,5 +292,57 @@ TEST_F(LastingArchive, SaysOnceWhyItCannotGoOnAndTriesAgain) {
   EXPECT_TRUE(archive_.writer().in_place());
 }
 
+/// "10 in flight.mcap, 5 lost with flight-2.mcap"
+std::string account_of(const std::vector<WrittenFile>& files) {
+  std::string text;
+  for (const WrittenFile& file : files) {
+    EXPECT_EQ(file.messages_kept() + file.messages_lost(), file.status.messages_written + file.status.messages_lost);
+    text += (text.empty() ? "" : ", ") + std::to_string(file.status.messages_written) +
+            (file.kept ? " in " : " lost with ") + file.path.filename().string();
+  }
+  return text;
+}
+
+TEST_F(LastingArchive, TellsHowManyMessagesAreInWhichFile) {
+  record(10);
+  EXPECT_EQ(account_of(archive_.close()), "10 in flight.mcap");
+}
+
+TEST_F(LastingArchive, CountsWhatWasWrittenToARemovedFile) {
+  record(10);
+  std::filesystem::remove(file("flight.mcap"));
+  record(3);  // before that is seen
+  EXPECT_TRUE(archive_.look());
+  record(5);
+  EXPECT_EQ(account_of(archive_.close()), "13 lost with flight.mcap, 5 in flight-2.mcap");
+}
+
+TEST_F(LastingArchive, FindsAFileThatWasMoved) {
+  record(10);
+  std::filesystem::rename(file("flight.mcap"), file("elsewhere.mcap"));
+  record(3);
+  EXPECT_TRUE(archive_.look());
+  record(5);
+  EXPECT_EQ(account_of(archive_.close()), "13 in elsewhere.mcap, 5 in flight-2.mcap");
+  EXPECT_EQ(plots_in(file("elsewhere.mcap")), 13U);
+}
+
+TEST_F(LastingArchive, CountsTheTimeWithoutAFile) {
+  record(10);
+  std::filesystem::rename(file("flight.mcap"), file("elsewhere.mcap"));
+  EXPECT_TRUE(archive_.look());
+  record(5);
+  std::filesystem::remove_all(folder_ / "flights");
+  std::ofstream(folder_ / "flights") << "a file in the folder's place";
+  EXPECT_TRUE(archive_.look());
+  record(7);
+  EXPECT_FALSE(archive_.look());
+  std::filesystem::remove(folder_ / "flights");
+  EXPECT_TRUE(archive_.look());
+  record(4);
+  EXPECT_EQ(account_of(archive_.close()),
+            "10 lost with elsewhere.mcap, 12 lost with flight-2.mcap, 4 in flight-2.mcap");
+}
+
 }  // namespace
 }  // namespace downrange::archive

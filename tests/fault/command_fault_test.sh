@@ -213,6 +213,8 @@ until grep -q "^recording" "$work/record.log"; do sleep 0.1; done
 rm "$work/taken.mcap"
 wait "$recording"
 expect 0 "recording goes on in $work/taken-2.mcap" cat "$work/record.log"
+expect 0 "taken.mcap was removed or replaced: its 0 messages are lost" cat "$work/record.log"
+expect 0 "0 messages in $work/taken-2.mcap" cat "$work/record.log"
 [ -s "$work/taken-2.mcap" ] || failures=$((failures + 1))
 
 "$downrange" watch "$naro" --domain 229 --plain --idle 4 --record "$work/seen.mcap" > /dev/null 2> "$work/watch.log" &

@@ -7,6 +7,22 @@
 #include "flight.hpp"
 
 namespace downrange::app {
+namespace {
+
+/// What is in the file, and what is not.
+void tell(const archive::WrittenFile& file) {
+  const std::string path = file.path.string();
+  if (file.kept) std::cerr << file.messages_kept() << " messages in " << path << '\n';
+  if (!file.kept)
+    std::cerr << "downrange: " << path << " was removed or replaced: its " << file.messages_lost()
+              << " messages are lost\n";
+  else if (!file.status.failure.empty())
+    std::cerr << "downrange: " << file.status.failure << "; " << file.messages_lost() << " messages are lost\n";
+  else if (file.messages_lost() > 0)
+    std::cerr << "downrange: " << path << ": " << file.messages_lost() << " messages are lost, the disk is too slow\n";
+}
+
+}  // namespace
 
 LiveRecording::LiveRecording(const std::string& path, const archive::WriterOptions& options, std::string configuration)
     : archive_(path, options,
@@ -25,15 +41,18 @@ bool LiveRecording::look_after() {
   return true;
 }
 
-int LiveRecording::close(const std::map<std::string, std::string>& status) {
+RecordingEnd LiveRecording::close(const std::map<std::string, std::string>& status) {
   const std::scoped_lock lock(mutex_);
-  const std::string path = archive_.path().string();
-  if (!archive_.writer().in_place()) {
-    std::cerr << "downrange: " << path << " was removed or replaced: what it held is lost\n";
-    return exit_failed;
-  }
   if (!status.empty()) archive_.writer().metadata("status", status);
-  return close_archive(archive_.writer(), path);
+  RecordingEnd end;
+  for (const archive::WrittenFile& file : archive_.close()) {
+    tell(file);
+    end.kept += file.messages_kept();
+    end.lost += file.messages_lost();
+    // Of those before the last, only their messages matter.
+    end.code = end.lost > 0 || !file.kept || !file.status.ok() ? exit_failed : exit_ok;
+  }
+  return end;
 }
 
 }  // namespace downrange::app

@@ -3,11 +3,19 @@
 
 #include <archive/lasting_writer.hpp>
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <string>
 
 namespace downrange::app {
+
+/// How a recording ended.
+struct RecordingEnd {
+  int code = 0;            ///< the exit code: failed where messages are lost or the last file is not there
+  std::uint64_t kept = 0;  ///< messages in files that are there
+  std::uint64_t lost = 0;
+};
 
 class LiveRecording {
  public:
@@ -25,8 +33,9 @@ class LiveRecording {
   /// False: it can be written no more.
   [[nodiscard]] bool look_after();
 
-  /// Closes the file; `status`: its metadata of that name, none where empty. The exit code; why it failed is on stderr.
-  [[nodiscard]] int close(const std::map<std::string, std::string>& status = {});
+  /// Closes the file; `status`: its metadata of that name, none where empty. Says on stderr how many messages are in
+  /// which file, and how many were lost with which.
+  [[nodiscard]] RecordingEnd close(const std::map<std::string, std::string>& status = {});
 
  private:
   std::mutex mutex_;

@@ -54,12 +54,13 @@ int record(const Options& o) {
   }
   const auto counts = reader->counts();
   reader.reset();
-  const int code = recording.close();
+  const RecordingEnd end = recording.close();
+  if (end.kept != events) std::cerr << end.kept << " of ";
   std::cerr << events << " messages recorded";
   if (counts.lost + counts.malformed > 0)
     std::cerr << ", " << counts.lost << " lost, " << counts.malformed << " malformed";
   std::cerr << '\n';
-  return code;
+  return end.code;
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ int watch(const Options& o) {
                 << " writers with unsuitable QoS\n";
   }
   std::cerr << board.commands() << " slaving commands received\n";
-  return recording ? recording->close(board.status_metadata()) : exit_ok;
+  return recording ? recording->close(board.status_metadata()).code : exit_ok;
 }
 
 }  // namespace

@@ -61,6 +61,20 @@ archive::WriterOptions writer_options(const config::ServiceConfig& config) {
   return options;
 }
 
+void log_end(const archive::WrittenFile& file) {
+  const archive::WriterStatus& status = file.status;
+  if (!file.kept) {
+    spdlog::error("archive {} was removed or replaced: its {} messages are lost", file.path.string(),
+                  file.messages_lost());
+  } else if (status.ok()) {
+    spdlog::info("recorded {} messages, {} bytes to {}", status.messages_written, status.bytes_written,
+                 file.path.string());
+  } else {
+    spdlog::error("archive {} is not complete: {} messages lost{}{}", file.path.string(), status.messages_lost,
+                  status.failure.empty() ? "" : ": ", status.failure);
+  }
+}
+
 }  // namespace
 
 void require_archive_folder(const config::ArchiveConfig& config) {
@@ -82,20 +96,7 @@ Recorder::Recorder(const config::ServiceConfig& config, Time start)
 
 void Recorder::finish(Time last_tick) {
   archive_.writer().write_last_tick(last_tick);
-  const bool in_place = archive_.writer().in_place();
-  const archive::WriterStatus status = archive_.writer().close();
-  if (!in_place) {
-    spdlog::error("archive {} was removed or replaced: its {} messages are lost", archive_.path().string(),
-                  status.messages_written);
-    return;
-  }
-  if (status.ok()) {
-    spdlog::info("recorded {} messages, {} bytes to {}", status.messages_written, status.bytes_written,
-                 archive_.path().string());
-  } else {
-    spdlog::error("archive {} is not complete: {} messages lost{}{}", archive_.path().string(), status.messages_lost,
-                  status.failure.empty() ? "" : ": ", status.failure);
-  }
+  for (const archive::WrittenFile& file : archive_.close()) log_end(file);
 }
 
 std::string Recorder::state() {
