@@ -141,6 +141,13 @@ inline Flight without_radars(Flight f) {
   return f;
 }
 
+/// By one radar alone.
+inline Flight with_one_radar(Flight f) {
+  std::erase_if(f.measurements, [](const Measurement& m) { return m.source != 0; });
+  f.settings.radars.resize(1);
+  return f;
+}
+
 /// By a tracker and a receiver.
 inline Flight without_radars_but_a_tracker(const Flight& all) {
   Flight f = with_partial_plots(all);
@@ -175,6 +182,7 @@ inline std::vector<KindOfFlight> flights_of_all_kinds(std::uint64_t seed, double
           {"a tracker and a receiver", without_radars_but_a_tracker(all)},
           {"radars of range alone and a receiver", with_ranges_alone(all)},
           {"radars alone", draw_flight(seed, duration_s, true, false)},
+          {"one radar alone", with_one_radar(draw_flight(seed, duration_s, true, false))},
           {"a receiver alone", without_radars(all)}};
 }
 

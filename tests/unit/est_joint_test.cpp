@@ -158,6 +158,78 @@ TEST(EveryMethodOfBiases, ARadarAloneKnowsNoRangeBetterThanItsOffset) {
   }
 }
 
+/// The track is 3 km off and sure of itself, and the only radar's bias was bent to it: a second radar that comes is
+/// neither refused for ever nor given the 3 km as its own bias.
+TEST(EveryMethodOfBiases, ARadarThatReturnsBringsBackATrackThatWasLedAstray) {
+  for (const char* name : {"joint", "schmidt", "ts"}) {
+    Flight f = draw_flight(12, 80, true, false);
+    f.settings.gps.no_gps.enabled = false;
+    auto& prior = f.settings.radars[0].bias.prior_cov;
+    const auto open = [&](BiasTerm term, double sigma) {
+      prior(static_cast<int>(term), static_cast<int>(term)) = sigma * sigma;
+    };
+    open(BiasTerm::OffsetRange, 5000);
+    open(BiasTerm::OffsetAzimuth, 5 * test::deg);
+    open(BiasTerm::OffsetElevation, 5 * test::deg);
+    const Site pad({34.43 * test::deg, 127.53 * test::deg, 100});
+    const auto truth = [&](Time t) { return test::truth_at(pad, (t - Time{}).seconds()).m; };
+    const Time start = Time{} + seconds(60);
+    const Time second_from = start + seconds(10);
+    const auto method = make_method(name, f.settings);
+    Gaussian<9> wrong{.mean = Vec<9>::Zero(), .cov = Mat<9, 9>::Identity()};
+    wrong.mean << truth(start) + 3000 * truth(start).normalized(),
+        truth(start + seconds(0.5)) - truth(start - seconds(0.5)), Vec<3>::Zero();
+    wrong.cov.diagonal() << Vec<3>::Constant(100), Vec<3>::Constant(1), Vec<3>::Constant(100);
+    method->start(0, start, wrong);
+    const auto error = [&] {
+      const TrackEstimate e = *method->fused(0);
+      return (e.mean.head<3>() - truth(e.epoch)).norm();
+    };
+    for (const Measurement& m : f.measurements) {
+      if (m.epoch <= start || (m.source == 1 && m.epoch < second_from)) continue;
+      if (m.epoch >= second_from && m.epoch < second_from + seconds(0.04)) {
+        EXPECT_GT(error(), 2000) << name;
+      }
+      if (m.epoch > second_from + seconds(2)) break;
+      (void)method->process(m, m.epoch);
+    }
+    EXPECT_LT(error(), 500) << name;
+  }
+}
+
+/// A body that falls as gravity says tells a lone radar its elevation's offset; one of 5 degrees is none that the
+/// regime without GPS believes in. Whatever the motion is then, no offset beyond six sigmas stands for it.
+TEST(EveryMethodWithTheRegimeWithoutGps, ALoneRadarsBiasStaysWhatABiasMayBe) {
+  for (const char* name : {"joint", "schmidt"}) {
+    MethodSettings settings = draw_flight(1, 1, false, false).settings;
+    settings.radars.resize(1);
+    const RadarModel& radar = settings.radars[0];
+    const BiasModel in_force = bias_layout_without_gps(settings.radars, settings.gps.no_gps, 0).radars[0].model;
+    const auto method = make_method(name, settings);
+    const ModelSet models = model_set(settings.motion);
+    Vec<9> x = Vec<9>::Zero();
+    x << radar.site.ecef_of({{-200'000.0, 50'000.0, 300'000.0}}).m,
+        Vec<3>(radar.site.R_sez_ecef().R.transpose() * Vec<3>(0, 6000, 1000)), Vec<3>::Zero();
+    double most = 0;
+    for (int i = 1; i <= 1200; ++i) {
+      x = predict_mean(models.model[static_cast<std::size_t>(models.ballistic)], x, 0.1);
+      Measurement m;
+      m.epoch = Time{} + seconds(0.1 * i);
+      m.sequence = static_cast<std::uint64_t>(i);
+      test::polar(m) = polar_from_enu(radar.site.enu_of({Vec<3>(x.head<3>())}));
+      test::polar(m).elevation_rad += 5 * test::deg;
+      (void)method->process(m, m.epoch);
+      const BiasEstimate b = method->bias(0);
+      for (int k = 0; k < b.terms; ++k) {
+        const auto term = static_cast<Eigen::Index>(b.term[static_cast<std::size_t>(k)]);
+        most = std::max(most, std::abs(b.value[k]) / std::sqrt(in_force.prior_cov(term, term)));
+      }
+    }
+    EXPECT_LT(most, 6.4) << name;
+    EXPECT_GT(most, 1) << name << ": it learnt";
+  }
+}
+
 /// Stamps that are late by 20 ms cannot be told from a target that is elsewhere on its path: with one radar and no GPS
 /// nothing is learnt of them, and the second radar's plots find the difference of both.
 TEST(EveryMethodWithTheRegimeWithoutGps, LooksForTimeTagsOnlyWhereTwoRadarsBearOnThem) {

@@ -266,6 +266,41 @@ TEST_F(Rules, ATrackThatALiarLedAstrayComesBackWithTheReceiver) {
   EXPECT_EQ(reject(fix(22), 3000), Remedy::Unite);
 }
 
+/// One radar follows and its bias was bent to a track 3 km off; its plots, as measured, agree with who returns.
+TEST_F(Rules, ARadarThatReturnsToATrackLedAstrayIsUnitedWith) {
+  all_well(0, 20, 1, false);
+  std::optional<double> united;
+  for (int i = 0; i < 20 && !united; ++i) {
+    const double t = 20 + 0.1 * i;
+    accept(plot(t, 0));
+    if (reject(plot(t + 0.05, 1), 3000) == Remedy::Unite) united = t + 0.05 - 20;
+  }
+  ASSERT_TRUE(united);
+  EXPECT_NEAR(*united, 1.05, 0.02) << "a second of one vehicle";
+}
+
+TEST_F(Rules, ARadarThatReturnsWithALieIsNot) {
+  all_well(0, 20, 1, false);
+  for (int i = 0; i < 50; ++i) {
+    const double t = 20 + 0.1 * i;
+    accept(plot(t, 0));
+    EXPECT_NE(reject(plot(t + 0.05, 1, 3000)), Remedy::Unite) << t;
+  }
+}
+
+TEST_F(Rules, ARadarIsNotUnitedWithThatWasHeardAllTheTimeOrBesideAReceiver) {
+  for (const bool gps : {false, true}) {
+    life = rules.unborn();
+    all_well(0, 20, gps ? 1 : 2, gps);
+    for (int i = 0; i < 50; ++i) {
+      const double t = 20 + 0.1 * i;
+      accept(plot(t, 0));
+      if (gps && i % 10 == 0) accept(fix(t));
+      EXPECT_NE(reject(plot(t + 0.05, 1), 3000), Remedy::Unite) << t;
+    }
+  }
+}
+
 TEST_F(Rules, FirstFixesMustAgreeAndBePossible) {
   all_well(0, 20, 2, false);
   const auto first = [&](const Measurement& m) {

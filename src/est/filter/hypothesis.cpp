@@ -117,17 +117,43 @@ void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>&
   h.P.block(at, at, n, n) = cov.selfadjointView<Eigen::Lower>();
 }
 
-void reset_bias(Hypothesis& h, const RadarBlock& block) {
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
-  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(block.size(), block.size());
+namespace {
+
+/// Of the terms of a bias, without the slow pointing errors that may follow them.
+struct BlockPrior {
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, bias_term_count, 1> mean;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bias_term_count, bias_term_count> cov;
+};
+BlockPrior prior_of(const RadarBlock& block) {
+  BlockPrior prior;
+  prior.mean.resize(block.terms);
+  prior.cov.resize(block.terms, block.terms);
   for (int i = 0; i < block.terms; ++i) {
     const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
-    mean[i] = block.model.prior_mean[k];
+    prior.mean[i] = block.model.prior_mean[k];
     for (int j = 0; j < block.terms; ++j)
-      cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
+      prior.cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
   }
+  return prior;
+}
+
+}  // namespace
+
+void reset_bias(Hypothesis& h, const RadarBlock& block) {
+  const BlockPrior prior = prior_of(block);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
+  Eigen::MatrixXd cov = Eigen::MatrixXd::Zero(block.size(), block.size());
+  mean.head(block.terms) = prior.mean;
+  cov.topLeftCorner(block.terms, block.terms) = prior.cov;
   if (block.wanders()) cov.diagonal().tail<2>().setConstant(block.wander.sigma_rad * block.wander.sigma_rad);
   reset_block(h, block.at, mean, cov);
+}
+
+double prior_misfit(const Hypothesis& h, const RadarBlock& block) {
+  const BlockPrior prior = prior_of(block);
+  decltype(prior.mean) away = h.x.segment(block.at, block.terms);
+  away -= prior.mean;
+  return away.dot(prior.cov.llt().solve(away));
 }
 
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {

@@ -138,6 +138,11 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   radar.epoch = m.epoch;
   ++radar.samples;
   if (t.without_gps) put_time_tags_in(t, motion_at, layout(t), static_cast<std::size_t>(m.source));
+  const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
+  if (is_led_astray(t, m, block)) {
+    open_bias(t.bank, block);
+    restart_motion(t, m);
+  }
   if (arbitration_.has_receiver(t.life, m.epoch)) {
     radar.referenced = true;
     radar.updated = m.epoch;
@@ -158,20 +163,10 @@ Outcome Joint::arbitrate(State& s, const Measurement& m, const Outcome& rejected
       open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
       break;
     case Remedy::Unite:
-      unite(t, m, track.mean);
-      return update_by_fix(s, m);
+      unite(t, motion_at, layout(t), arbitration_, m, track.mean);
+      return is_fix(m) ? update_by_fix(s, m) : apply_plot(s, without_range_rate(m));
   }
   return rejected;
-}
-
-void Joint::unite(Target& t, const Measurement& fix, const Vec<9>& track) const {
-  const Mat<6, 6> term = Arbitration::union_term(arbitration_.away_from(t.life, fix, track));
-  const std::uint64_t in_view = Arbitration::recent_radars(t.life, fix.epoch);
-  for (int i = 0; i < t.bank.count; ++i) {
-    Hypothesis& h = t.bank.mode[static_cast<std::size_t>(i)];
-    h.P.block<6, 6>(motion_at, motion_at) += term;
-    loosen_biases(h, layout(t), in_view);
-  }
 }
 
 template <int M, class Linearise>

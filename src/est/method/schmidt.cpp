@@ -191,39 +191,59 @@ Outcome Schmidt::apply_plot(State& s, const Measurement& m) const {
   if (waits_for_velocity(t, m)) return {};
   Outcome outcome;
   if (t.fused_started) {
-    const Plot plot = plot_of(m.measured);
-    SourceAccount& account = s.accounts[source];
-    const bool learns_noise =
-        settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, has_reference(t, m.epoch));
-    outcome = with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m, learns_noise); });
-    if (uses_range_rate(settings_.radars[source], plot))
-      note_part(account, update_by_range_rate(t, account, source, plot, learns_noise));
+    outcome = update_by_plot(s, m);
   } else if (gps_refuses(t, m)) {
     outcome = {.verdict = Verdict::Gated, .nis = 0, .dof = 0};
   } else {
     start_fused_by(t, m);
   }
-  if (outcome.verdict == Verdict::Accepted) {
-    if (t.without_gps) put_time_tags_in(t, fused_at, layout(t), source);
-    arbitration_.accepted(t.life, m);
-    t.data_epoch = m.epoch;
-    t.nis = outcome.nis;
-    t.nis_dof = outcome.dof;
-    t.radars[source].epoch = m.epoch;
-    return outcome;
+  if (outcome.verdict != Verdict::Accepted) {
+    const Gaussian<9> track = judging_motion(t, m.epoch);
+    switch (arbitration_.rejected(t.life, m, outcome.verdict, track)) {
+      case Remedy::Restart:
+        start_fused_by(t, m);
+        break;
+      case Remedy::OpenBias:
+        open_bias(t.bank, layout(t).radars[source]);
+        break;
+      case Remedy::Unite:
+        downrange::unite(t, fused_at, layout(t), arbitration_, m, track.mean);
+        outcome = update_by_plot(s, without_range_rate(m));
+        break;
+      case Remedy::None:
+        break;
+    }
   }
-  switch (arbitration_.rejected(t.life, m, outcome.verdict, judging_motion(t, m.epoch))) {
-    case Remedy::Restart:
-      start_fused_by(t, m);
-      break;
-    case Remedy::OpenBias:
-      open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
-      break;
-    case Remedy::None:
-    case Remedy::Unite:
-      break;
-  }
+  if (outcome.verdict == Verdict::Accepted) note_used(t, m, outcome);
   return outcome;
+}
+
+Outcome Schmidt::update_by_plot(State& s, const Measurement& m) const {
+  Target& t = s.targets[static_cast<std::size_t>(m.target)];
+  const auto source = static_cast<std::size_t>(m.source);
+  const Plot plot = plot_of(m.measured);
+  SourceAccount& account = s.accounts[source];
+  const bool learns_noise =
+      settings_.noise.enabled && account.noise.open(m.epoch, m.noise_held, has_reference(t, m.epoch));
+  const Outcome outcome =
+      with_components(plot, [&]<int First, int M>() { return correct<First, M>(t, account, m, learns_noise); });
+  if (uses_range_rate(settings_.radars[source], plot))
+    note_part(account, update_by_range_rate(t, account, source, plot, learns_noise));
+  return outcome;
+}
+
+void Schmidt::note_used(Target& t, const Measurement& plot, const Outcome& outcome) const {
+  const auto source = static_cast<std::size_t>(plot.source);
+  if (t.without_gps) put_time_tags_in(t, fused_at, layout(t), source);
+  arbitration_.accepted(t.life, plot);
+  t.data_epoch = plot.epoch;
+  t.nis = outcome.nis;
+  t.nis_dof = outcome.dof;
+  t.radars[source].epoch = plot.epoch;
+  const RadarBlock& block = layout(t).radars[source];
+  if (!is_led_astray(t, plot, block)) return;
+  open_bias(t.bank, block);
+  start_fused_by(t, plot);
 }
 
 bool Schmidt::gps_refuses(const Target& t, const Measurement& plot) const {

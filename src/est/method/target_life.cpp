@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -17,11 +18,31 @@ constexpr double most_acceleration_m_s2 = 30;
 constexpr double most_speed_m_s = 12'000;
 /// A receiver that was believed for so long is established: from then on it is the one to explain a jump.
 constexpr Duration established_after = milliseconds(10'000);
+/// A radar that returns is believed to see one vehicle after so long.
+constexpr Duration returned_after = milliseconds(1000);
 /// A bias that was opened in vain is opened again only after this.
 constexpr Duration open_again_after = milliseconds(60'000);
 /// By so much more must the radars' priors speak for one position than for another (chi2 with 3 degrees of freedom:
 /// one in a million).
 constexpr double decisive = 30;
+
+/// Of every term, zero where the model does not have it.
+struct BiasPrior {
+  Vec<bias_term_count> mean = Vec<bias_term_count>::Zero();
+  Mat<bias_term_count, bias_term_count> cov = Mat<bias_term_count, bias_term_count>::Zero();
+};
+BiasPrior prior_of(const BiasModel& model) {
+  BiasPrior prior;
+  for (const BiasTerm row : model.terms) {
+    const auto i = static_cast<Eigen::Index>(row);
+    prior.mean[i] = model.prior_mean[i];
+    for (const BiasTerm column : model.terms) {
+      const auto j = static_cast<Eigen::Index>(column);
+      prior.cov(i, j) = model.prior_cov(i, j);
+    }
+  }
+  return prior;
+}
 
 }  // namespace
 
@@ -37,7 +58,14 @@ bool of_one_vehicle(const RadarModel& radar, const TimedPlot& first, const Timed
 }
 
 bool BiasOpening::open(Time now, int reopen_after) {
-  if (used_since < reopen_after && now - opened < open_again_after) return false;
+  if (used_since < reopen_after) return open_seldom(now);
+  opened = now;
+  used_since = 0;
+  return true;
+}
+
+bool BiasOpening::open_seldom(Time now) {
+  if (now - opened < open_again_after) return false;
   opened = now;
   used_since = 0;
   return true;
@@ -75,6 +103,7 @@ void Arbitration::accepted(TargetLife& life, const Measurement& m) const {
   RadarLife& radar = life.radars[static_cast<std::size_t>(m.source)];
   radar.accepted = {.epoch = m.epoch, .plot = plot_of(m.measured)};
   radar.rejected_in_row = 0;
+  radar.refused = {};
   radar.opening.used(reopen_after_);
 }
 
@@ -88,6 +117,7 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot, con
   RadarLife& radar = life.radars[static_cast<std::size_t>(plot.source)];
   const TimedPlot now{.epoch = plot.epoch, .plot = plot_of(plot.measured)};
   const bool again = of_one_vehicle(radars_[static_cast<std::size_t>(plot.source)], radar.refused, now);
+  if (!again) radar.refused_since = now;
   radar.refused = now;
   const bool explained = explained_by_bias(plot.source, now, plot.epoch, track);
   if (explained) ++radar.rejected_in_row;
@@ -98,10 +128,44 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot, con
         receiver.refused_count > 1 && receiver.agreeing_since < receiver.heard && !was_silent(life, plot);
     return again && !fix_is_due ? Remedy::Restart : Remedy::None;
   }
+  const bool returns = radar.refused_since.epoch - radar.accepted.epoch > gps_max_age_;
+  if (returns && now.epoch - radar.refused_since.epoch < returned_after) return Remedy::None;
+  if (returns && overrules(life, plot, track) && radar.opening.open(plot.epoch, reopen_after_)) return Remedy::Unite;
   const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
   if (!explained || radar.rejected_in_row < reopen_after_ || !others_follow) return Remedy::None;
   radar.rejected_in_row = 0;
   return radar.opening.open(plot.epoch, reopen_after_) ? Remedy::OpenBias : Remedy::None;
+}
+
+bool Arbitration::overrules(const TargetLife& life, const Measurement& plot, const Gaussian<9>& track) const {
+  const auto source = static_cast<std::size_t>(plot.source);
+  const TimedPlot now{.epoch = plot.epoch, .plot = plot_of(plot.measured)};
+  const std::uint64_t others = other_radars(life, plot);
+  if (!tells_position(now.plot) || others == 0 || has_receiver(life, plot.epoch)) return false;
+  const Gaussian<3> seen = position_by_prior(source, now, track.mean);
+  Vec<9> motion = track.mean;
+  motion.head<3>() = seen.mean;
+  const Misfit of_plot = misfit(life, others, plot.epoch, motion, seen.cov);
+  if (of_plot.chi2 > chi2_quantile(gate_probability_, of_plot.dof)) return false;
+  const Mat<3, 3> P = track.cov.topLeftCorner<3, 3>();
+  const double of_track =
+      misfit(source, now, plot.epoch, track.mean, P).chi2 + misfit(life, others, plot.epoch, track.mean, P).chi2;
+  return of_plot.chi2 + decisive < of_track;
+}
+
+Gaussian<3> Arbitration::position_by_prior(std::size_t source, const TimedPlot& plot, const Vec<9>& near) const {
+  const RadarModel& radar = radars_[source];
+  const BiasPrior prior = prior_of(radar.bias);
+  // Where the radar would see a target at `near` tells how its measurement turns with the position.
+  const PredictedPlot predicted = predict_plot(radar, near, prior.mean);
+  const Mat<3, 3> to_position = predicted.d_motion.leftCols<3>().inverse();
+  Mat<3, 3> open = predicted.d_bias * prior.cov * predicted.d_bias.transpose();
+  open.diagonal() += plot_variance(radar, plot.plot);
+  // The rest of the way by the measurement itself: it bends over kilometres.
+  const Vec<3> bias = predicted.q - predict_plot(radar, near, Vec<bias_term_count>::Zero()).q;
+  const Polar unbiased{plot.plot.measured.range_m - bias[0], plot.plot.measured.azimuth_rad - bias[1],
+                       plot.plot.measured.elevation_rad - bias[2]};
+  return {.mean = radar.site.ecef_of(enu_from_polar(unbiased)).m, .cov = to_position * open * to_position.transpose()};
 }
 
 Remedy Arbitration::rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const {
@@ -245,22 +309,13 @@ Arbitration::Misfit Arbitration::misfit(std::size_t source, const TimedPlot& plo
   const double dt = (plot.epoch - epoch).seconds();
   Vec<9> then = motion;
   then.head<3>() += dt * motion.segment<3>(3) + dt * dt / 2 * motion.tail<3>();
-  Vec<bias_term_count> prior = Vec<bias_term_count>::Zero();
-  Mat<bias_term_count, bias_term_count> B = Mat<bias_term_count, bias_term_count>::Zero();
-  for (const BiasTerm row : radar.bias.terms) {
-    const auto i = static_cast<Eigen::Index>(row);
-    prior[i] = radar.bias.prior_mean[i];
-    for (const BiasTerm column : radar.bias.terms) {
-      const auto j = static_cast<Eigen::Index>(column);
-      B(i, j) = radar.bias.prior_cov(i, j);
-    }
-  }
-  const PredictedPlot predicted = predict_plot(radar, then, prior);
+  const BiasPrior prior = prior_of(radar.bias);
+  const PredictedPlot predicted = predict_plot(radar, then, prior.mean);
   const Mat<3, 3> J = predicted.d_motion.leftCols<3>();
   Vec<3> variance = plot_variance(radar, plot.plot);
   const double wander = radar.wander.sigma_rad;
   variance.tail<2>() += Vec<2>(wander * azimuth_of_sky_angle(plot.plot.measured.elevation_rad), wander).cwiseAbs2();
-  Mat<3, 3> S = predicted.d_bias * B * predicted.d_bias.transpose();
+  Mat<3, 3> S = predicted.d_bias * prior.cov * predicted.d_bias.transpose();
   S += J * (P + gps_error_variance_ * Mat<3, 3>::Identity()) * J.transpose();
   S.diagonal() += variance;
   const Vec<3> nu = plot_residual(plot.plot.measured, predicted.q);
@@ -285,8 +340,17 @@ bool Arbitration::is_no_gps_error(const Vec<3>& error) const {
 }
 
 Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const {
-  const Fix& fix = fix_of(m);
   Vec<6> nu = Vec<6>::Zero();
+  if (!is_fix(m)) {
+    const auto source = static_cast<std::size_t>(m.source);
+    const RadarLife& radar = life.radars[source];
+    const double since = (radar.refused.epoch - radar.refused_since.epoch).seconds();
+    const Vec<3> now = position_by_prior(source, radar.refused, track).mean;
+    nu << now - track.head<3>(),
+        (now - position_by_prior(source, radar.refused_since, track).mean) / since - track.segment<3>(3);
+    return nu;
+  }
+  const Fix& fix = fix_of(m);
   nu.head<3>() = fix.position.m - track.head<3>();
   if (fix.velocity_valid && gps_use_velocity_) {
     nu.tail<3>() = fix.velocity.m_s - track.segment<3>(3);
@@ -296,6 +360,11 @@ Vec<6> Arbitration::away_from(const TargetLife& life, const Measurement& m, cons
         (third.fix.position.m - first.fix.position.m) / (third.epoch - first.epoch).seconds() - track.segment<3>(3);
   }
   return nu;
+}
+
+std::uint64_t Arbitration::loosened_by(const TargetLife& life, const Measurement& m) {
+  const std::uint64_t following = recent_radars(life, m.epoch);
+  return is_fix(m) ? following : following | std::uint64_t{1} << m.source;
 }
 
 Mat<6, 6> Arbitration::union_term(const Vec<6>& nu) {

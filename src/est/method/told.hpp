@@ -3,6 +3,7 @@
 /// what they tell of their targets: whose word on a radar counts.
 
 #include <cstddef>
+#include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/method/target_life.hpp>
 #include <stdexcept>
@@ -44,6 +45,19 @@ template <class Targets, class Started>
   return best;
 }
 
+/// Covariance union of the motion at `motion_at`, whose mean is `track`, with a measurement that it refused.
+template <class Target>
+void unite(Target& target, int motion_at, const BiasLayout& layout, const Arbitration& rules, const Measurement& m,
+           const Vec<9>& track) {
+  const Mat<6, 6> term = Arbitration::union_term(rules.away_from(target.life, m, track));
+  const std::uint64_t loosened = Arbitration::loosened_by(target.life, m);
+  for (int i = 0; i < target.bank.count; ++i) {
+    Hypothesis& h = target.bank.mode[static_cast<std::size_t>(i)];
+    h.P.block<6, 6>(motion_at, motion_at) += term;
+    loosen_biases(h, layout, loosened);
+  }
+}
+
 /// Has any radar but this one had plots accepted?
 template <class Radars>
 [[nodiscard]] bool others_contribute(const Radars& radars, std::size_t radar) {
@@ -51,6 +65,19 @@ template <class Radars>
     if (other != radar && radars[other].samples > 0) return true;
   }
   return false;
+}
+
+/// One radar that nobody has helped, no receiver: while the cross-range is open, a change of thrust may be explained by
+/// a target elsewhere and a bias to match. After an accepted plot: the regime without GPS believes in no such bias, in
+/// one of a million; then it is the motion that has gone elsewhere, and both begin anew with this plot. Once a minute:
+/// a radar may be worse than the regime believes.
+template <class Target>
+[[nodiscard]] bool is_led_astray(Target& target, const Measurement& plot, const RadarBlock& block) {
+  static const Gates gates(1 - 1e-6);
+  const auto radar = static_cast<std::size_t>(plot.source);
+  if (!target.without_gps || !tells_position(plot.measured) || others_contribute(target.radars, radar)) return false;
+  const Hypothesis& likely = target.bank.mode[static_cast<std::size_t>(likeliest(target.bank))];
+  return prior_misfit(likely, block) > gates[block.terms] && target.life.radars[radar].opening.open_seldom(plot.epoch);
 }
 
 /// The bias of one radar as `target` knows it; `by_gps`: GPS is what it was found by.

@@ -219,10 +219,10 @@ Outcome Ts<N>::arbitrate(State& s, const Measurement& m, const Outcome& rejected
         loosen_priors(s, std::uint64_t{1} << m.source, 1);
       break;
     case Remedy::Unite:
-      loosen_priors(s, Arbitration::recent_radars(t.life, m.epoch), 0.25);
+      loosen_priors(s, Arbitration::loosened_by(t.life, m), 0.25);
       t.track.estimate.cov.template topLeftCorner<6, 6>() +=
           Arbitration::union_term(arbitration_.away_from(t.life, m, track.mean));
-      return update_by_fix(s, m);
+      return is_fix(m) ? update_by_fix(s, m) : apply_plot(s, without_range_rate(m));
   }
   return rejected;
 }

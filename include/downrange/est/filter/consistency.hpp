@@ -6,6 +6,7 @@
 #include <array>
 #include <bitset>
 #include <downrange/est/filter/gaussian.hpp>
+#include <downrange/est/model/bias_terms.hpp>
 #include <limits>
 
 namespace downrange {
@@ -13,7 +14,8 @@ namespace downrange {
 /// x with P(chi2(dof) <= x) = probability; infinity for probability 1. dof >= 1, 0 < probability <= 1. Boost.Math.
 [[nodiscard]] double chi2_quantile(double probability, int dof);
 
-/// The quantiles of one probability by degrees of freedom, 1 to 6: gates of measurements of different size.
+/// The quantiles of one probability by degrees of freedom, up to the terms of a bias: gates of measurements and biases
+/// of different size.
 class Gates {
  public:
   explicit Gates(double probability) {
@@ -23,7 +25,7 @@ class Gates {
   [[nodiscard]] double operator[](int dof) const { return quantile_[static_cast<std::size_t>(dof)]; }
 
  private:
-  std::array<double, 7> quantile_{};
+  std::array<double, bias_term_count + 1> quantile_{};
 };
 
 /// e' P^-1 e: the NIS of an innovation with S, the NEES of an error with P; chi2(N) where P is right. NaN where P is

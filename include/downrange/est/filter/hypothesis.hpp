@@ -77,6 +77,9 @@ struct BiasLayout {
 void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>& mean,
                  const Eigen::Ref<const Eigen::MatrixXd>& cov);
 void reset_bias(Hypothesis& h, const RadarBlock& block);
+/// How far the radar's bias is from its prior's mean: chi2 with `block.terms` degrees of freedom of a bias that is as
+/// the prior says, less of what is known of it.
+[[nodiscard]] double prior_misfit(const Hypothesis& h, const RadarBlock& block);
 /// A quarter of their prior covariance is added to the biases of the radars whose bits are set: a returning receiver
 /// may show them to have been mistaken.
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars);

@@ -98,7 +98,6 @@ class Joint {
                           const Vec<M>& configured, const Linearise& linearise) const;
   /// After a rejection; for a fix that is used after all, what became of it.
   Outcome arbitrate(State& s, const Measurement& m, const Outcome& rejected) const;
-  void unite(Target& t, const Measurement& fix, const Vec<9>& track) const;
 
   MethodSettings settings_;
   Arbitration arbitration_;

@@ -137,6 +137,8 @@ class Schmidt {
   template <int M>
   Outcome update_by_fix(Target& t, SourceAccount& account, const Measurement& m) const;
   Outcome apply_plot(State& s, const Measurement& m) const;
+  Outcome update_by_plot(State& s, const Measurement& m) const;
+  void note_used(Target& t, const Measurement& plot, const Outcome& outcome) const;
   /// The fused track alone: what is not known of the biases is considered.
   Outcome update_by_range_rate(Target& t, SourceAccount& account, std::size_t source, const Plot& plot,
                                bool learns_noise) const;

@@ -47,12 +47,15 @@ struct BiasOpening {
   void used(int reopen_after) { used_since = std::min(used_since + 1, reopen_after); }
   /// Whether it may be opened, which then counts as done.
   bool open(Time now, int reopen_after);
+  /// The same whatever came of the last time: once a minute.
+  bool open_seldom(Time now);
 };
 
 /// What is remembered of one radar, or angles-only tracker, that follows the target.
 struct RadarLife {
   TimedPlot accepted;  ///< newest of each
   TimedPlot refused;
+  TimedPlot refused_since;  ///< the first of those of one vehicle that end with `refused`
   int rejected_in_row = 0;  ///< those that another bias would explain
   int refused_by_gps = 0;   ///< where the method has a track by GPS alone: plots in a row that it does not allow
   BiasOpening opening;
@@ -83,8 +86,14 @@ enum class Remedy : std::uint8_t {
   None,
   Restart,   ///< the track is lost: it starts anew with this measurement
   OpenBias,  ///< this radar alone disagrees: its bias may be anything again that its prior allows
-  Unite,     ///< both track and receiver may be right: covariance union, then this fix is used
+  Unite,     ///< the track and who returns to it may both be right: covariance union, then this measurement is used
 };
+
+/// What is used of a measurement after a union: its range rate was judged, by itself, when it came.
+[[nodiscard]] inline Measurement without_range_rate(Measurement m) {
+  if (auto* plot = std::get_if<Plot>(&m.measured)) plot->range_rate_valid = false;
+  return m;
+}
 
 /// What the fixes say so far of a receiver that is not believed yet.
 enum class FirstFixes : std::uint8_t {
@@ -152,16 +161,22 @@ class Arbitration {
   /// No receiver's slow error is so large, in one of a million: then it is the motion that has gone elsewhere.
   [[nodiscard]] bool is_no_gps_error(const Vec<3>& error) const;
 
-  /// Covariance union with a fix that is `nu` away from the track in position and velocity: what to add to the
+  /// Covariance union with a measurement that is `nu` away from the track in position and velocity: what to add to the
   /// covariance of these six, so that both may be right.
   [[nodiscard]] static Mat<6, 6> union_term(const Vec<6>& nu);
-  /// Position and velocity by which a fix differs from the track. Where it has no velocity, that of the fixes refused
-  /// before it counts.
+  /// Position and velocity by which a fix, or a plot with its bias at the prior's mean, differs from the track. Where
+  /// it has no velocity, that of the fixes or plots refused before it counts.
   [[nodiscard]] Vec<6> away_from(const TargetLife& life, const Measurement& m, const Vec<9>& track) const;
+  /// Whose biases a union with the measurement loosens: the radars that follow, and its own.
+  [[nodiscard]] static std::uint64_t loosened_by(const TargetLife& life, const Measurement& m);
 
  private:
   [[nodiscard]] Remedy rejected_fix(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
   [[nodiscard]] Remedy rejected_plot(TargetLife& life, const Measurement& plot, const Gaussian<9>& track) const;
+  /// Whether a radar that returns shows, with others and as their priors allow, that the track was led astray.
+  [[nodiscard]] bool overrules(const TargetLife& life, const Measurement& plot, const Gaussian<9>& track) const;
+  /// Where a plot says the target is, with what its noise and its radar's prior leave open.
+  [[nodiscard]] Gaussian<3> position_by_prior(std::size_t radar, const TimedPlot& plot, const Vec<9>& near) const;
   void remember_refused(ReceiverLife& receiver, const Measurement& m, const Vec<9>& track) const;
   [[nodiscard]] bool agree(const TimedFix& first, const TimedFix& second, const Vec<9>& track) const;
   /// Three fixes without velocity that move as one vehicle, whatever the track thinks of its velocity.
