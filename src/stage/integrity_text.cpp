@@ -57,7 +57,9 @@ std::string accusation_of(const Integrity& record, std::size_t source) {
     default:
       break;
   }
-  return others.empty() ? "" : " disagrees with " + others + by_how_much;
+  const bool with_itself = (s.against >> source & 1U) != 0;
+  if (others.empty()) return with_itself ? " relays two receivers that differ" + by_how_much : "";
+  return " disagrees with " + others + by_how_much;
 }
 
 std::string by(const Name& who) { return who.empty() ? "" : " by " + text_of(who); }

@@ -53,6 +53,16 @@ TEST(IntegrityText, EveryVerdictHasItsWord) {
             "bias)");
 }
 
+TEST(IntegrityText, AStationThatRelaysTwoReceiversDisagreesWithItself) {
+  Integrity r = record();
+  r.sources[2].verdict = IntegrityVerdict::Ambiguous;
+  r.sources[2].why = Finding::FinePosition;
+  r.sources[2].against = 0b100;
+  r.sources[2].apart_m = 50;
+  EXPECT_EQ(sentence(r, 2),
+            "jeju-tgs relays two receivers that differ by 50 m; which of them is right cannot be told (fine position)");
+}
+
 TEST(IntegrityText, EveryFindingSaysWhatSpeaksAgainstTheSource) {
   Integrity r = record();
   const auto said = [&](Finding why, double apart, std::uint64_t against) {

@@ -375,6 +375,34 @@ TEST(Judge, TwoRadarsThatFoldAtOnceAreNoMajorityAgainstTheReceiver) {
   EXPECT_FALSE(f.first(first_station, IntegrityVerdict::Excluded)) << described(f);
 }
 
+/// Ranges that fold where each radar reaches the fold: whose break belongs to which disagreement is asked of each.
+TEST(Judge, TwoRadarsThatFoldOneAfterTheOtherAreBothNamedAndTheReceiverIsNot) {
+  const RangeConfig range = judged_range();
+  const sim::Simulation flight(judged_launch(range, end_s), 3);
+  for (const double later_s : {3.0, 8.0, 15.0}) {
+    const Fault fold_in_turn = [later_s](Event& event, double t_s) {
+      auto* plot = std::get_if<RadarTspi>(&event);
+      if (plot == nullptr) return;
+      const double from_s = plot->sensor == Name("jeju") ? begin_s : begin_s + later_s;
+      if (t_s >= from_s) plot->measured.range_m += 150e3;
+    };
+    const JudgedFlight f = judged(range, with_fault(flight, fold_in_turn), set_of(goheung) | set_of(jeju));
+    for (const SourceId radar : {jeju, goheung}) {
+      const double from_s = radar == jeju ? begin_s : begin_s + later_s;
+      const auto excluded = f.first(radar, IntegrityVerdict::Excluded);
+      ASSERT_TRUE(excluded) << later_s << "\n" << described(f);
+      EXPECT_LE(*excluded, from_s + 4.5) << described(f);
+    }
+    for (const Said& s : f.said) {
+      if (!contains(gps, s.source)) {
+        EXPECT_GE((s.judgement.onset - liftoff).seconds(), begin_s - 0.1) << "it was a step\n" << described(f);
+      } else {
+        EXPECT_NE(s.judgement.verdict, IntegrityVerdict::Excluded) << described(f);
+      }
+    }
+  }
+}
+
 TEST(Judge, AReceiversClockASecondOffFromTheStartIsNotTheRadars) {
   const RangeConfig range = judged_range();
   const sim::Simulation flight(judged_launch(range, 100), 1);

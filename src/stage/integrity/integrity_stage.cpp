@@ -275,12 +275,18 @@ int IntegrityStage::select(int target, const Name& held) const {
     }
   }
   const SourceSet out = t.excluded | t.inhibited;
-  if (out == 0 && all_.taught_by(target) == 0) return of_all;
   const SourceSet believed = t.reported & ~out;
   const auto usable = [&](int place) {
     const Chain& c = chain(t, place);
     return estimate(place) && c.taught_by(target) == 0 && (c.sources() & believed) != 0;
   };
+  if (out == 0 && all_.taught_by(target) == 0) return of_all;
+  // Whom of the others to believe cannot be told: the track stays where it was. Stations whose copies differ relay one
+  // receiver: they are no tie.
+  const bool is_tie = std::ranges::any_of(t.verdicts, [](const Judgement& j) {
+    return j.verdict == IntegrityVerdict::Ambiguous && j.why != Finding::DifferingCopy;
+  });
+  if (is_tie && usable(t.selected)) return t.selected;
   for (int place = of_all; place < count; ++place) {
     if (usable(place) && !chain(t, place).alone()) return place;
   }

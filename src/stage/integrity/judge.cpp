@@ -261,7 +261,7 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
     // One jump is a step; jumps without end, or a drift without one, are a velocity that is not that of the positions.
     integrity::OwnPast own{sample.own_break, sample.own_break_m};
     if (own.ratio < 1) {
-      const double recent = own_break_about(index, sample.epoch - seconds(velocity_span_s));
+      const double recent = own_break_about(index, sample.epoch - seconds(velocity_span_s), sample.epoch);
       own = recent >= 1 ? integrity::OwnPast{} : own_velocity(witness, velocity_span_s, velocity_lag_s, threshold_);
     }
     standing.velocity.judge(sample.epoch, own.ratio, own.apart_m);

@@ -172,8 +172,13 @@ class Judge {
   [[nodiscard]] bool explained(int witness, integrity::WitnessSet guilty) const;
   [[nodiscard]] bool is_compared(int witness) const;  ///< with any other, ever
   [[nodiscard]] bool agrees_again(int witness) const;
+  /// Within how many metres these agree with each other; 0: they do not, or nobody has compared them.
+  [[nodiscard]] double agreement_among(SourceSet sources) const;
   [[nodiscard]] Time undone_from(int witness, Time onset) const;
-  [[nodiscard]] double own_break_about(int witness, Time onset) const;
+  [[nodiscard]] double own_break_about(int witness, Time onset, Time noticed) const;
+  /// The largest about the onsets of its pairs that fail.
+  template <class Fails>
+  [[nodiscard]] double own_break_when(int witness, const Fails& fails) const;
   [[nodiscard]] int distrust(int witness) const;
   [[nodiscard]] bool undecided_third(Time epoch, integrity::WitnessSet involved) const;
   void publish();

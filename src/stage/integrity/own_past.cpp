@@ -8,6 +8,8 @@ namespace downrange::integrity {
 namespace {
 
 constexpr double longest_step_s = 2.1;
+/// A radar's, which a folded range or another object may take out of sight: what is unforeseen grows with its square.
+constexpr double longest_step_of_radar_s = 15;
 constexpr double longest_gap_s = 1.6;  // between two fixes whose velocities are averaged
 /// What the acceleration may change unforeseen between two samples, 1-sigma.
 constexpr double unforeseen_m_s2 = 15;
@@ -33,7 +35,7 @@ Mat<3, 3> noise_of(const Sample& fix) {
 
 OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now, const Threshold& threshold) {
   const double dt = since(before, now);
-  if (dt <= 0 || dt > longest_step_s) return {};
+  if (dt <= 0 || dt > (witness.is_receiver() ? longest_step_s : longest_step_of_radar_s)) return {};
   const double slow = 2 * (1 - std::exp(-dt / witness.slow_tau_s));
   const double surprise = unforeseen_m_s2 * dt * dt / 2;
   if (witness.is_receiver()) {

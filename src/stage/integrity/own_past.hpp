@@ -15,7 +15,7 @@ struct OwnPast {
   Vec<3> step_m = Vec<3>::Zero();  ///< a receiver's jump, ECEF
 };
 
-/// A jump: `now` against `before`, at most two seconds apart; else nothing.
+/// A jump: `now` against `before`, at most two seconds apart, fifteen of a radar; else nothing.
 [[nodiscard]] OwnPast own_jump(const Witness& witness, const Sample& before, const Sample& now,
                                const Threshold& threshold);
 

@@ -29,6 +29,8 @@ constexpr double forgiven = 0.35;
 /// The oldest of the references is this old: what two sources drift apart shows against it by then, however slowly they
 /// do.
 constexpr Duration longest_onset = milliseconds(30'000);
+/// Longer than this nobody compares two sources that are both heard.
+constexpr Duration unbroken = milliseconds(2500);
 
 }  // namespace
 
@@ -93,11 +95,8 @@ void Pair::judge(Time at, const TestResult& result) {
     exceeding_ = exceeding_ > 0 && same_way ? exceeding_ + 1 : 1;
     passing_ = 0;
     if (exceeding_ == 1 && !fails_) {
-      // Where it grows steadily it began before it was noticeable.
-      const double growth = std::sqrt(calm) / (1 - std::sqrt(calm));
-      const Duration noticeable = std::min(at - calm_, longest_onset);
-      onset_ = calm_ - seconds(growth * noticeable.seconds());
-      if (at - calm_ > longest_onset) onset_ = at - longest_onset;
+      onset_ = onset_noticed(at, result.ratio);
+      noticed_at_ = at;
     }
     const bool far_beyond = exceeding_ >= gross_in_a_row && result.ratio >= gross && value_ >= gross && alike;
     if ((exceeding_ >= in_a_row && result.ratio >= 1) || far_beyond) fails_ = true;
@@ -118,6 +117,16 @@ void Pair::judge(Time at, const TestResult& result) {
   value_ = result.ratio;
   compared_before_ = compared_;
   compared_ = at;
+}
+
+Time Pair::onset_noticed(Time at, double ratio) const {
+  if (!compared_) return at;
+  // Not noticed before and gross now: a step; where they were not compared for a while, one that came meanwhile.
+  if (ratio >= gross && value_ < noticed) return at - *compared_ <= unbroken ? at : *compared_;
+  if (at - calm_ > longest_onset) return std::max(at - longest_onset, compared_first_);
+  // Where it grows steadily it began before it was noticeable.
+  const double growth = std::sqrt(calm) / (1 - std::sqrt(calm));
+  return std::max(calm_ - seconds(growth * (at - calm_).seconds()), compared_first_);
 }
 
 double Pair::doubt_since(Time onset) const {

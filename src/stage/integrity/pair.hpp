@@ -39,6 +39,8 @@ class Pair {
   [[nodiscard]] double apart_m() const { return apart_m_; }
   /// When the present disagreement began, as far as can be told.
   [[nodiscard]] Time onset() const { return onset_; }
+  /// When it was first noticed.
+  [[nodiscard]] Time noticed_at() const { return noticed_at_; }
   /// How long they have agreed, without a break, at the newest instant compared.
   [[nodiscard]] Duration agreement() const;
   /// One of them lied meanwhile, seen here or not: what was sampled then is no measure.
@@ -50,6 +52,8 @@ class Pair {
 
   void renew_references(const Witness& first, const Witness& second, Time at);
   void judge(Time at, const TestResult& result);
+  /// When a disagreement began that is noticed at `at`.
+  [[nodiscard]] Time onset_noticed(Time at, double ratio) const;
   /// What GPS taught of the biases is the measure at `at`.
   [[nodiscard]] bool proven_at(Time at, bool with_receiver) const;
 
@@ -73,6 +77,7 @@ class Pair {
   bool proven_ = false;  ///< as of the newest instant without doubt
   Time calm_;            ///< newest instant of little doubt
   Time onset_;
+  Time noticed_at_;
   Time agrees_since_;
   Time not_before_;  ///< what was sampled while they disagreed, or one of them lied, is no measure
 };

@@ -60,13 +60,14 @@ Finding Judge::guilty_alone(int witness) const {
   return Finding::None;
 }
 
-double Judge::own_break_about(int witness, Time onset) const {
+double Judge::own_break_about(int witness, Time onset, Time noticed) const {
+  const Time last = std::max(onset + break_after, noticed + break_before);
   const auto& samples = witnesses_[static_cast<std::size_t>(witness)].series.samples();
   double most = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const integrity::Sample& sample = samples.newest(i);
     if (sample.epoch < onset - break_before) break;
-    if (sample.epoch > onset + break_after) continue;
+    if (sample.epoch > last) continue;
     // A break that goes on is a reference track whose velocity is wrong. One in the midst of a sample's measurements
     // shows in two samples: their median may lie between.
     const double quiet = quiet_beside * sample.own_break;
@@ -75,6 +76,16 @@ double Judge::own_break_about(int witness, Time onset) const {
     while (newer > 0 && samples.newest(newer - 1).own_break > quiet) --newer;
     while (older + 1 < samples.size() && samples.newest(older + 1).own_break > quiet) ++older;
     if (older - newer < 2) most = std::max(most, sample.own_break);
+  }
+  return most;
+}
+
+template <class Fails>
+double Judge::own_break_when(int witness, const Fails& fails) const {
+  double most = 0;
+  for (const Pair& p : pairs_) {
+    const bool counts = p.has(witness) && fails(p) && standing_[static_cast<std::size_t>(p.other(witness))].active;
+    if (counts) most = std::max(most, own_break_about(witness, p.onset(), p.noticed_at()));
   }
   return most;
 }
@@ -115,7 +126,7 @@ Accusation Judge::accuse(Evidence evidence, const JudgedTick& tick, WitnessSet i
     integrity::Character& c = characters_[static_cast<std::size_t>(w)];
     c = {};
     if (!s.active) continue;
-    if (onset) c.own_break = own_break_about(w, *onset);
+    c.own_break = own_break_when(w, fails);
     if (evidence == Evidence::FailingAndCharacter) {
       c.impossible = integrity::impossible(witnesses_[static_cast<std::size_t>(w)]);
       if (tick.liftoff)
@@ -157,7 +168,9 @@ void Judge::decide(const JudgedTick& tick, WitnessSet innocent) {
     Standing& s = standing_[static_cast<std::size_t>(w)];
     s.is_back = s.back.since() && epoch - *s.back.since() <= settings_.readmit_after;
     describe(w);
-    set_verdict(w, verdict_on(w, named, suspected, tie_stands), epoch);
+    const IntegrityVerdict verdict = verdict_on(w, named, suspected, tie_stands);
+    const bool forced = has(innocent, w) && verdict == IntegrityVerdict::Excluded;
+    set_verdict(w, forced ? IntegrityVerdict::Suspect : verdict, epoch);
   }
 }
 
@@ -242,12 +255,7 @@ void Judge::describe(int witness) {
   j.against = against;
   j.apart_m = apart_m;
   j.why = coarsely ? Finding::CoarsePosition : Finding::FinePosition;
-  j.agree_m = 0;
-  for (const Pair& p : pairs_) {
-    const SourceSet both = witnesses_[static_cast<std::size_t>(p.first())].sources |
-                           witnesses_[static_cast<std::size_t>(p.second())].sources;
-    if (p.compared() && (both & ~against) == 0) j.agree_m = std::max(j.agree_m, p.apart_m());
-  }
+  j.agree_m = agreement_among(against);
   if (alone == Finding::None && against == 0 && !disputed) {
     j.why = Finding::Impossible;
     onset = s.repeats_since ? s.repeats_since : s.back.since();
@@ -274,6 +282,18 @@ void Judge::describe(int witness) {
   if (begins) j.onset = *onset;
   j.onset = std::min(j.onset, *onset);
   j.undone_from = undone_from(witness, j.onset);
+}
+
+double Judge::agreement_among(SourceSet sources) const {
+  double most_m = 0;
+  for (const Pair& p : pairs_) {
+    const SourceSet both = witnesses_[static_cast<std::size_t>(p.first())].sources |
+                           witnesses_[static_cast<std::size_t>(p.second())].sources;
+    if (!p.compared() || (both & ~sources) != 0) continue;
+    if (p.doubtful()) return 0;
+    most_m = std::max(most_m, p.apart_m());
+  }
+  return most_m;
 }
 
 Time Judge::undone_from(int witness, Time onset) const {
