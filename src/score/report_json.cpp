@@ -31,6 +31,7 @@ ordered_json json_of(const SourceScore& source, OutlierOrigin origin) {
       {"kind", name_of(source.kind)},
       {"accepted", source.accepted()},
       {"rejected", reasons},
+      {"excluded", source.excluded},
       {"outliers", told ? ordered_json(source.outliers) : ordered_json(nullptr)},
       {"outliers_rejected", told ? number(source.outliers_rejected) : ordered_json(nullptr)},
       {"nis_count", source.nis_count},

@@ -186,6 +186,12 @@ std::string band_cell(const SourceScore& row) {
   return whole(row.nis_band.low) + '-' + whole(row.nis_band.high) + (row.nis_band.contains(0.95) ? "" : " !");
 }
 
+/// Beside the label: what ingest accepted and nobody used.
+std::string excluded_line(const SourceScore& source) {
+  if (source.excluded == 0) return {};
+  return left("", label_width) + "not used: " + std::to_string(source.excluded) + " while excluded by integrity\n";
+}
+
 /// What was learnt of its noise, beside the label.
 std::string noise_line(const SourceScore& source) {
   const std::string learnt = learnt_noise(source.kind, source.sigma_ratio);
@@ -203,7 +209,7 @@ void source_table(std::ostringstream& out, const Summary& summary) {
         << (row.nis_count == 0 ? right("-", 13) : percent(row.nis_inside_95, 13, 1)) << right(band_cell(row), 9)
         << (row.least_nis_inside_95 ? percent(*row.least_nis_inside_95, 9, 1) : right("-", 9))
         << right(row.mismatch_s == 0 ? "-" : std::to_string(row.mismatch_s) + " s", 11) << '\n'
-        << reasons(row) << noise_line(row);
+        << reasons(row) << excluded_line(row) << noise_line(row);
   out << "* " << outliers_note(summary.outliers) << ";\n"
       << "  NIS in 95 %: share of normalised innovations in their 95 % region, 95 % when the model is right;\n"
       << "  band: where the true share may be, as errors are alike for " << alike_for_s << " s (!: not at 95 %);\n"

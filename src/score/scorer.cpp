@@ -118,6 +118,7 @@ struct SourceTally {
   std::array<std::uint64_t, reason_count> by_ingest{};
   std::uint64_t gated = 0;
   std::uint64_t frozen = 0;
+  std::uint64_t excluded = 0;  ///< accepted by ingest, and not used: INTEGRITY had excluded the source
   Fates outliers;
   Fates good;
   PlotErrors of_ingest;  ///< accepted by ingest
@@ -193,6 +194,15 @@ class Scorer::Run : public ResultSink {
     return score;
   }
 
+  /// Those that sent something and that the range does not have.
+  [[nodiscard]] std::vector<SourceScore> unknown_sources() const {
+    std::vector<SourceScore> scores;
+    for (const auto& [key, tally] : sources_)
+      if (scorer_.sources_.find(key.first, key.second) == no_source)
+        scores.push_back(source_score(key.second, key.first));
+    return scores;
+  }
+
   [[nodiscard]] SourceScore source_score(const Name& sensor, SourceKind kind) const {
     SourceScore score;
     score.sensor = sensor;
@@ -202,7 +212,8 @@ class Scorer::Run : public ResultSink {
     const SourceTally& tally = found->second;
     score.count = tally.by_ingest;
     auto& accepted = score.count[static_cast<std::size_t>(Reason::Accepted)];
-    accepted -= std::min(tally.gated + tally.frozen, accepted);
+    accepted -= std::min(tally.gated + tally.frozen + tally.excluded, accepted);
+    score.excluded = tally.excluded;
     score.count[static_cast<std::size_t>(Reason::Gated)] = tally.gated;
     score.count[static_cast<std::size_t>(Reason::Frozen)] = tally.frozen;
     const auto rejected = [&](const Fates& fates, bool outlier) -> std::optional<std::size_t> {
@@ -297,6 +308,11 @@ class Scorer::Run : public ResultSink {
     const SourceKey key{kind_of(observation.measured), observation.sensor};
     SourceTally& source = sources_[key];
     ++source.by_ingest[static_cast<std::size_t>(observation.verdict)];
+    const bool used = observation.target != scorer_.target_ || !excluded_.contains(observation.sensor);
+    if (observation.verdict == Reason::Accepted && !used) {
+      ++source.excluded;
+      return;
+    }
     if (key.first == SourceKind::Telemetry) return add_fix(observation);
     const bool outlier = scorer_.outliers_.contains({observation.sensor, observation.sequence});
     Fates& fates = outlier ? source.outliers : source.good;
@@ -375,6 +391,9 @@ class Scorer::Run : public ResultSink {
 
   void add(const Integrity& integrity) {
     if (integrity.target != scorer_.target_) return;
+    excluded_.clear();
+    for (const SourceIntegrity& source : integrity.sources)
+      if (source.verdict == IntegrityVerdict::Excluded) excluded_.insert(source.sensor);
     for (std::string& note : integrity_notes_.changes(integrity))
       integrity_.push_back({.t_s = (integrity.time - scorer_.liftoff_).seconds(), .text = std::move(note)});
   }
@@ -423,6 +442,7 @@ class Scorer::Run : public ResultSink {
   std::string label_;
   IntegrityNotes integrity_notes_;
   std::vector<IntegrityNote> integrity_;
+  std::set<Name> excluded_;  ///< by INTEGRITY, of the target's sources, now
   std::size_t bounded_ = 0;
   std::size_t bound_holds_ = 0;
   Name primary_;
@@ -492,6 +512,7 @@ Summary Scorer::summary() const {
     if (truth_) summary.systematic.push_back(own.systematic_score(source));
     if (const auto bias = own.last_bias(source.name)) summary.biases.push_back(*bias);
   }
+  std::ranges::copy(own.unknown_sources(), std::back_inserter(summary.sources));
   return summary;
 }
 

@@ -78,8 +78,9 @@ struct SourceScore {
   SourceKind kind = SourceKind::Radar;
   /// By Reason: ingest's, and of the newest health record the method's. [Accepted] stood after both.
   std::array<std::uint64_t, reason_count> count{};
-  std::size_t outliers = 0;  ///< delivered
-  std::size_t good = 0;      ///< plots that are no outliers, delivered
+  std::uint64_t excluded = 0;  ///< neither: accepted by ingest and not used, for INTEGRITY had excluded the source
+  std::size_t outliers = 0;    ///< delivered
+  std::size_t good = 0;        ///< plots that are no outliers, delivered
   /// Of these, by ingest or, when they arrived, by the method. None: not told, for the first method told no bias of the
   /// source.
   std::optional<std::size_t> outliers_rejected = 0;
@@ -95,7 +96,7 @@ struct SourceScore {
   SigmaRatios sigma_ratio{};                    ///< as learnt in the end
 
   [[nodiscard]] std::uint64_t accepted() const { return count[static_cast<std::size_t>(Reason::Accepted)]; }
-  /// The one meaning of "rejected": by ingest, by the method's gate, or as frozen.
+  /// The one meaning of "rejected": by ingest, by the method's gate, or as frozen. Not what was excluded.
   [[nodiscard]] std::uint64_t rejected() const;
 };
 
@@ -114,7 +115,8 @@ struct Summary {
   std::vector<PointingScore> pointing;        ///< of the first run, in the range's order, by source
   Name method;                                ///< whose the rest is: the range's first
   OutlierOrigin outliers = OutlierOrigin::None;
-  std::vector<SourceScore> sources;      ///< of the first run: radars, trackers, stations, in the range's order
+  /// Of the first run: radars, trackers, stations, in the range's order; then those that the range does not have.
+  std::vector<SourceScore> sources;
   std::vector<SensorBias> biases;        ///< the last of the first run; radars, trackers, in the range's order
   std::vector<IntegrityNote> integrity;  ///< of the first run
   std::size_t bounded = 0;               ///< of its positions with truth, those sent with a bound

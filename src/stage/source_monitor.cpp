@@ -93,6 +93,7 @@ void SourceMonitor::count(const Observation& o) {
   if (!good && account.rejected_in_row == 0) account.rejected_since = account.newest;
   account.rejected_in_row = good ? 0 : account.rejected_in_row + 1;
   if (!good) account.rejected_for = o.verdict;
+  account.was_good = account.was_good || good;
   if (o.verdict == Reason::UnknownSource) return;
   account.target = o.target;
   if (o.verdict != Reason::Accepted) return;  // a rejected sample's epoch may be anything
@@ -106,7 +107,8 @@ void SourceMonitor::report(Time tick, const Views& views, ResultSink& sink) {
   for (SourceId id = 0; id < static_cast<SourceId>(sources_.size()); ++id) {
     Account& account = accounts_[static_cast<std::size_t>(id)];
     SourceHealth h = health(tick, sources_[id].name, account);
-    if (views.method != nullptr) add(tick, views.method->account(id), account, h);
+    const bool excluded = verdict_on(id).verdict == IntegrityVerdict::Excluded;
+    if (views.method != nullptr) add(tick, views.method->account(id), excluded, account, h);
     if (views.residuals != nullptr) {
       const ResidualSize size = views.residuals->of(id);
       h.residual_m = size.m;
@@ -138,12 +140,14 @@ SourceHealth SourceMonitor::health(Time tick, const Name& name, Account& account
   return h;
 }
 
-void SourceMonitor::add(Time tick, const SourceAccount& of_method, Account& account, SourceHealth& health) {
-  const std::uint64_t rejected = of_method.gated + of_method.frozen;
+void SourceMonitor::add(Time tick, const SourceAccount& of_method, bool excluded, Account& account,
+                        SourceHealth& health) {
+  const std::uint64_t gated = account.gated_count.total(of_method.gated, excluded);
+  const std::uint64_t frozen = account.frozen_count.total(of_method.frozen, excluded);
   auto& accepted = health.count[static_cast<std::size_t>(Reason::Accepted)];
-  accepted -= std::min(rejected, accepted);
-  health.count[static_cast<std::size_t>(Reason::Gated)] = of_method.gated;
-  health.count[static_cast<std::size_t>(Reason::Frozen)] = of_method.frozen;
+  accepted -= std::min(gated + frozen, accepted);
+  health.count[static_cast<std::size_t>(Reason::Gated)] = gated;
+  health.count[static_cast<std::size_t>(Reason::Frozen)] = frozen;
   health.residual_mean = of_method.residual.mean;
   const double variance = of_method.residual.mean_square - of_method.residual.mean * of_method.residual.mean;
   health.residual_sigma = std::sqrt(std::max(variance, 0.0));
@@ -171,6 +175,8 @@ void SourceMonitor::qualify(Time tick, const Source& source, const Account& acco
   };
   if (account.messages == 0 || tick - account.newest > source.silent_after) {
     health.why = Disqualification::Silent;
+  } else if (!account.was_good && account.rejected_in_row > 0) {
+    rejected(account.rejected_for);  // it has told nothing yet that could be used
   } else if (distrusted(tick, account.rejected_since, account.rejected_in_row)) {
     rejected(account.rejected_for);
   } else if (account.frozen) {

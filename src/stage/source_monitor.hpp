@@ -36,6 +36,20 @@ class SourceMonitor {
   void report(Time tick, const Views& views, ResultSink& sink);
 
  private:
+  /// Of a count of the method's: where the method is run again without the source it loses what it had counted of it.
+  class LastingCount {
+   public:
+    /// `counted`: by the method now. `excluded`: a smaller count than before is such a loss.
+    std::uint64_t total(std::uint64_t counted, bool excluded) {
+      if (excluded && counted < counted_) lost_ += counted_ - counted;
+      counted_ = counted;
+      return lost_ + counted;
+    }
+
+   private:
+    std::uint64_t counted_ = 0;
+    std::uint64_t lost_ = 0;
+  };
   /// What came of one source.
   struct Account {
     Name target;  ///< of its newest message
@@ -45,9 +59,12 @@ class SourceMonitor {
     Time newest;  ///< received
     double latency_s = 0;
     bool seen = false;
+    bool was_good = false;    ///< one message at least
     int rejected_in_row = 0;  ///< by ingest
     Time rejected_since;      ///< the first of them
     Reason rejected_for = Reason::Accepted;
+    LastingCount gated_count;
+    LastingCount frozen_count;
     std::uint64_t reported_frozen = 0;
     bool frozen = false;                  ///< by the method, and none accepted since
     int gated_in_row = 0;                 ///< by the method
@@ -67,8 +84,8 @@ class SourceMonitor {
   };
 
   [[nodiscard]] static SourceHealth health(Time tick, const Name& name, Account& account);
-  /// What the method made of the source's messages.
-  static void add(Time tick, const SourceAccount& of_method, Account& account, SourceHealth& health);
+  /// What the method made of the source's messages; `excluded`: by INTEGRITY.
+  static void add(Time tick, const SourceAccount& of_method, bool excluded, Account& account, SourceHealth& health);
   /// By the source's own messages.
   static void qualify(Time tick, const Source& source, const Account& account, SourceHealth& health);
   /// By integrity and operators; then since when it is so.

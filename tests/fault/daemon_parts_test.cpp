@@ -189,6 +189,8 @@ TEST(HealthNotes, EachChangeOnceAndBySource) {
   unheard.sensor = "c";
   unheard.why = Disqualification::Silent;
   EXPECT_EQ(notes.changes(unheard), "source c: NOT qualified: silent since start");
+  unheard.qualified = true;
+  EXPECT_EQ(notes.changes(unheard), "source c: qualified");
   health.qualified = true;
   health.mismatch = true;
   health.nis_inside_95 = 0.9;

@@ -256,6 +256,42 @@ TEST(SourceScore, CountsWhatIngestAndTheMethodRejected) {
             6u);  // 9 that ingest let through, the rest of these
 }
 
+TEST(SourceScore, WhatIntegrityExcludedIsNeitherAcceptedNorRejected) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  run.emit(make_plot(1, 1, {}));
+  Integrity record;
+  record.target = "kslv";
+  record.sources = {{.sensor = "goheung", .verdict = IntegrityVerdict::Excluded}};
+  run.emit(record);
+  run.emit(make_plot(2, 2, {}));
+  Observation late = make_plot(3, 3, {});
+  late.verdict = Reason::TooLate;
+  run.emit(late);
+  record.sources[0].verdict = IntegrityVerdict::Agrees;
+  run.emit(record);
+  run.emit(make_plot(4, 4, {}));
+  const SourceScore score = scorer.summary().sources.at(0);
+  EXPECT_EQ(score.accepted(), 2U);
+  EXPECT_EQ(score.excluded, 1U);
+  EXPECT_EQ(score.rejected(), 1U);
+  const std::string text = format_text(scorer.summary());
+  EXPECT_NE(text.find("not used: 1 while excluded by integrity\n"), std::string::npos) << text;
+}
+
+TEST(SourceScore, WhoeverTheRangeDoesNotHaveIsListedLast) {
+  Scorer scorer = make_scorer();
+  ResultSink& run = scorer.open_run("fused");
+  Observation stranger = make_plot(1, 1, {});
+  stranger.sensor = "stranger";
+  stranger.verdict = Reason::UnknownSource;
+  run.emit(stranger);
+  const SourceScore score = scorer.summary().sources.back();
+  EXPECT_EQ(score.sensor, Name("stranger"));
+  EXPECT_EQ(score.count[static_cast<std::size_t>(Reason::UnknownSource)], 1U);
+  EXPECT_EQ(score.rejected(), 1U);
+}
+
 TEST(SourceScore, AnOutlierIsRejectedUnlessTheMethodAnswersItsEvent) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");

@@ -96,6 +96,7 @@ TEST(SourceMonitor, SilentAfterThreePeriodsOrASecond) {
 
 TEST(SourceMonitor, RejectedByIngestForTwoSecondsWithTheNewestReason) {
   SourceMonitor monitor(small_range());
+  monitor.count(plot(0.9));
   for (int i = 0; i < 19; ++i) monitor.count(plot(1 + 0.1 * i, Reason::NotTracking));
   EXPECT_EQ(state_of(health_at(monitor, 2.9)), "qualified") << "for 1.9 s";
   monitor.count(plot(3, Reason::OutOfLimits));
@@ -118,6 +119,7 @@ TEST(SourceMonitor, TheSameSecondsForEverySource) {
     EXPECT_EQ(state_of(health_at(monitor, 4)), "out_of_limits") << rate_hz;
   }
   SourceMonitor gps(small_range());
+  gps.count(fix(0));
   for (int i = 0; i < 2; ++i) gps.count(fix(1 + i, Reason::OutOfLimits));
   EXPECT_EQ(state_of(health_at(gps, 3)), "qualified") << "two are not enough, whatever the time";
   gps.count(fix(3, Reason::OutOfLimits));
@@ -174,6 +176,37 @@ TEST(SourceMonitor, AFrozenReceiverIsNamedAtOnceAndUntilAFixIsAccepted) {
   account.gated = 1;
   account.rejected_in_row = 1;
   EXPECT_EQ(state_of(health_at(monitor, 4, &method)), "qualified");
+}
+
+TEST(SourceMonitor, ASourceOfWhichNothingWasAcceptedYetIsNotQualified) {
+  SourceMonitor monitor(small_range());
+  monitor.count(plot(1, Reason::TooLate));
+  EXPECT_EQ(state_of(health_at(monitor, 1.1)), "too_late");
+  monitor.count(plot(1.2));
+  EXPECT_EQ(state_of(health_at(monitor, 1.3)), "qualified");
+}
+
+/// Run again without an excluded source the method forgets what it had refused of it; that counts on.
+TEST(SourceMonitor, WhatTheMethodRefusedStaysCounted) {
+  const RangeConfig range = small_range();
+  SourceMonitor monitor(range);
+  Accounts method(range);
+  SourceAccount& account = method.accounts[0];
+  for (int i = 0; i < 50; ++i) monitor.count(plot(1 + 0.1 * i));
+  const auto gated = [&](double t, std::uint64_t now) {
+    account.gated = now;
+    return health_at(monitor, t, &method).count[static_cast<std::size_t>(Reason::Gated)];
+  };
+  EXPECT_EQ(gated(6, 12), 12U);
+  EXPECT_EQ(gated(6.1, 11), 11U) << "a late plot explained another";
+  Integrity excluded;
+  excluded.target = "kslv";
+  excluded.sources.push_back({.sensor = "goheung", .verdict = IntegrityVerdict::Excluded});
+  monitor.note(excluded);
+  EXPECT_EQ(gated(6.2, 2), 11U);
+  excluded.sources.back().verdict = IntegrityVerdict::Agrees;
+  monitor.note(excluded);
+  EXPECT_EQ(gated(7, 3), 12U);
 }
 
 TEST(SourceMonitor, WhoeverIsNotConfiguredIsUnknown) {

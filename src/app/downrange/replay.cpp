@@ -10,6 +10,7 @@
 #include "flight.hpp"
 #include "pace.hpp"
 #include "progress.hpp"
+#include "text/printable.hpp"
 
 namespace downrange::app {
 namespace {
@@ -57,10 +58,30 @@ struct Counter final : ResultSink {
     std::visit([this]<class Record>(const Record&) { ++count[Outputs::index_of<Record>()]; }, result);
     if (const auto* observation = std::get_if<Observation>(&result)) count_verdict(*observation);
   }
-  void count_verdict(const Observation& observation) { ++verdicts.at(static_cast<std::size_t>(observation.verdict)); }
+  void count_verdict(const Observation& observation) {
+    ++verdicts.at(static_cast<std::size_t>(observation.verdict));
+    if (observation.verdict == Reason::UnknownSource && unknown.size() < most_named) unknown.insert(observation.sensor);
+  }
   std::array<std::uint64_t, Outputs::size> count{};  ///< by the place in Outputs
   std::array<std::uint64_t, reason_count> verdicts{};
+  static constexpr std::size_t most_named = 9;  ///< and the last of them as "..."
+  std::set<Name> unknown;                       ///< of those rejected as unknown_source: who sent them
 };
+
+/// Measurements that the configuration has no place for, beside others that it has.
+void tell_unknown(const Counter& counter, const Options& o) {
+  const std::uint64_t rejected = counter.verdicts[static_cast<std::size_t>(Reason::UnknownSource)];
+  if (rejected == 0) return;
+  std::string names;
+  std::size_t named = 0;
+  for (const Name& name : counter.unknown) {
+    if (++named == Counter::most_named) break;
+    names += (names.empty() ? "" : ", ") + text::printable(name.view());
+  }
+  if (named == Counter::most_named) names += ", ...";
+  std::cerr << "downrange: " << o.archive << ": " << rejected << " measurements of " << names
+            << " are rejected (unknown_source): the configuration does not have that source, or not their target\n";
+}
 
 /// What most often makes a whole flight worth nothing.
 std::string advice(Reason reason) {
@@ -75,11 +96,15 @@ std::string advice(Reason reason) {
   }
 }
 
-/// Says so when there were measurements and none was accepted. The exit code.
+/// Says so when there were measurements and none was accepted, or some of sources that nobody configured. The exit
+/// code.
 int judge_verdicts(const Counter& counter, const Options& o) {
   const auto& verdicts = counter.verdicts;
   const std::uint64_t rejected = std::accumulate(verdicts.begin() + 1, verdicts.end(), std::uint64_t{0});
-  if (rejected == 0 || verdicts[static_cast<std::size_t>(Reason::Accepted)] > 0) return exit_ok;
+  if (rejected == 0 || verdicts[static_cast<std::size_t>(Reason::Accepted)] > 0) {
+    tell_unknown(counter, o);
+    return exit_ok;
+  }
   std::string reasons;
   for (std::size_t i = 1; i < verdicts.size(); ++i) {
     if (verdicts[i] == 0) continue;

@@ -53,7 +53,9 @@ void Flight::emit(const Result& result) {
   if (recorder_) recorder_->produced(result);
   ++emitted_;
   if (const auto* health = std::get_if<SourceHealth>(&result)) {
-    if (const std::string note = notes_.changes(*health); !note.empty()) spdlog::warn("{}", note);
+    const bool good = health->qualified && !health->mismatch;
+    const auto level = good ? spdlog::level::info : spdlog::level::warn;
+    if (const std::string note = notes_.changes(*health); !note.empty()) spdlog::log(level, "{}", note);
   } else if (const auto* integrity = std::get_if<Integrity>(&result)) {
     for (const std::string& note : integrity_notes_.changes(*integrity)) spdlog::warn("{}", note);
   }

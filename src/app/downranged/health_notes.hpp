@@ -17,7 +17,7 @@ class HealthNotes {
     Told& told = told_[health.sensor];
     std::string text;
     if (health.qualified != told.qualified)
-      text += health.qualified ? "; qualified again"
+      text += health.qualified ? told.before ? "; qualified again" : "; qualified"
                                : fmt::format("; NOT qualified: {}{}{}", why_not_qualified(health),
                                              health.by.empty() ? "" : " by ", health.by.view());
     if (health.mismatch != told.mismatch)
@@ -26,13 +26,14 @@ class HealthNotes {
                                     "(bias_blocks, sigmas, angle_inflation) does not fit",
                                     100 * health.nis_inside_95, health.nis_count)
                               : "; fits again: mismatch alarm over";
-    told = {.qualified = health.qualified, .mismatch = health.mismatch};
+    told = {.qualified = health.qualified, .before = told.before || health.qualified, .mismatch = health.mismatch};
     return text.empty() ? text : fmt::format("source {}: {}", health.sensor.view(), text.substr(2));
   }
 
  private:
   struct Told {
     bool qualified = true;
+    bool before = false;  ///< it was qualified at some time
     bool mismatch = false;
   };
   std::map<Name, Told> told_;
