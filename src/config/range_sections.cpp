@@ -309,8 +309,10 @@ Section pad_section() {
   return absent_or_single<P>(
       "pad", "Where the vehicle stands until lift-off (topic range/mission, else its first motion).",
       [](ServiceConfig& c) -> std::optional<P>& { return c.range.pad; },
-      with_site<P>({}, {number("radius_m", at(&P::radius_m), {10, 1e6}, optional,
-                               "before lift-off, fixes farther from the pad than this are rejected")}));
+      with_site<P>(
+          {}, {number("radius_m", at(&P::radius_m), {10, 1e6}, optional,
+                      "before lift-off, fixes farther from the pad than this are rejected; after an announced one, "
+                      "farther than a vehicle can have come by then")}));
 }
 
 }  // namespace downrange::config

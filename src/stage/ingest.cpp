@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "indices.hpp"
 
@@ -16,6 +17,10 @@ constexpr double radius_max_m = 5e7;
 /// This near to latitude and longitude 0, at any height, or to the Earth's centre, a position is none.
 constexpr double no_position_m = 10;
 constexpr double speed_max_m_s = 2e4;
+/// A motion that began this near to the announced lift-off is the lift-off.
+constexpr Duration at_liftoff = milliseconds(10'000);
+/// No vehicle outruns that from its pad: sounding rockets reach a half of it.
+constexpr double outrun_by_nobody_m_s2 = 300;
 /// A receiver that states worse has no fix.
 constexpr double sigma_max = 1e5;
 
@@ -73,6 +78,16 @@ bool Ingest::left_pad(const Name& target, Time epoch) const {
   // The clock knows the first motion of any target: of this one only its own counts.
   const bool announced = mission_.liftoff_announced() && mission_.in_flight(epoch);
   return announced || departure_.moved(target, epoch);
+}
+
+double Ingest::reach_from_pad_m(const Name& target, Time epoch) const {
+  if (!left_pad(target, epoch)) return config_.pad->radius_m;
+  // Whose motion is all that is known of it may have been in flight when this node began to hear it; so may one that
+  // moved long before its lift-off was announced.
+  const bool from_pad = mission_.liftoff_announced() && !departure_.moved(target, *mission_.liftoff() - at_liftoff);
+  if (!from_pad) return std::numeric_limits<double>::infinity();
+  const double flown_s = (epoch - *mission_.liftoff()).seconds();
+  return config_.pad->radius_m + outrun_by_nobody_m_s2 / 2 * flown_s * flown_s;
 }
 
 Observation Ingest::judge(const RadarTspi& tspi) {
@@ -193,8 +208,9 @@ Reason Ingest::judge_pad(const Observation& o) {
   if (fix == nullptr) return Reason::Accepted;
   departure_.note(o);
   if (const std::optional<Time> motion = departure_.motion(o.target)) mission_.note_motion(*motion);
-  const bool away = config_.pad && (fix->position.m - config_.pad->site.ecef().m).norm() > config_.pad->radius_m;
-  return away && !left_pad(o.target, o.epoch) ? Reason::AwayFromPad : Reason::Accepted;
+  const bool away =
+      config_.pad && (fix->position.m - config_.pad->site.ecef().m).norm() > reach_from_pad_m(o.target, o.epoch);
+  return away ? Reason::AwayFromPad : Reason::Accepted;
 }
 
 Ingest::Stream& Ingest::stream_of(const Observation& o) {

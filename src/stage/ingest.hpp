@@ -61,7 +61,10 @@ class Ingest {
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Fix& fix) const;
   /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
   [[nodiscard]] Reason judge_time(const Observation& o);
-  /// Of a fix: is it at the pad as long as the vehicle is? One that is not still tells whether the vehicle moves.
+  /// The pad's radius, and after an announced lift-off what no vehicle outruns. There must be a pad.
+  [[nodiscard]] double reach_from_pad_m(const Name& target, Time epoch) const;
+  /// Of a fix: can the vehicle be there, for all that is known of its departure from the pad? One that cannot still
+  /// tells whether the vehicle moves.
   [[nodiscard]] Reason judge_pad(const Observation& o);
   [[nodiscard]] Stream& stream_of(const Observation& o);
 

@@ -194,9 +194,16 @@ TEST_F(BeforeLiftoff, AfterTheMissionsLiftoffItIsNot) {
   EXPECT_EQ(judge_in_flight(30), Reason::AwayFromPad);
   ingest.note(lift_off(29, false));  // a rehearsal's
   EXPECT_EQ(judge_in_flight(30.1), Reason::AwayFromPad);
-  ingest.note(lift_off(29));
+  ingest.note(lift_off(0));
   EXPECT_EQ(judge_in_flight(31), Reason::Accepted);
-  EXPECT_EQ(judge_at_rest(28, 3000, "jeju-tgs", 4), Reason::AwayFromPad) << "late, of before";
+  EXPECT_EQ(judge_at_rest(-1, 3000, "jeju-tgs", 4), Reason::AwayFromPad) << "late, of before";
+}
+
+TEST_F(BeforeLiftoff, AfterAnAnnouncedLiftoffOnlyWhereAVehicleCanHaveCome) {
+  ingest.note(lift_off(0));
+  EXPECT_EQ(judge_at_rest(1, 2140), Reason::Accepted);
+  EXPECT_EQ(judge_at_rest(5, 30'000), Reason::AwayFromPad) << "2 km and 3.75 km";
+  EXPECT_EQ(judge_at_rest(14, 30'000), Reason::Accepted) << "2 km and 29.4 km";
 }
 
 TEST_F(BeforeLiftoff, ALiftoffThatIsPutOffHoldsFromThenOn) {

@@ -181,7 +181,7 @@ enum class Reason : std::uint8_t {
   Gated,              ///< innovation outside the method's gate
   Frozen,             ///< a receiver that repeats one fix while the vehicle moves
   NoPosition,         ///< latitude and longitude 0, or the Earth's centre: what receivers say that know nothing
-  AwayFromPad,        ///< before lift-off, farther from the pad than pad.radius_m
+  AwayFromPad,        ///< farther from the pad than pad.radius_m, or than a vehicle may have come since lift-off
   Slaved,             ///< the instrument follows somebody's pointing: no measurement of its own
   Inhibited,          ///< an operator ordered that the source is not used
 };

@@ -190,7 +190,7 @@ struct TargetConfig {
 /// Where the vehicle stands until lift-off.
 struct PadConfig {
   Site site;
-  double radius_m = 2000;  ///< before lift-off, fixes farther from it are rejected
+  double radius_m = 2000;  ///< fixes farther from it are rejected, or farther than one may have come since lift-off
 };
 
 struct RangeConfig {
