@@ -90,6 +90,12 @@ TEST_F(PreflightTest, ASilentSourceIsNoGo) {
   EXPECT_TRUE(line(report, "goheung").go());
 }
 
+TEST_F(PreflightTest, OfARangeWhereNothingIsHeardThereIsNoTime) {
+  const PreflightReport report = Preflight(range, {}).report();
+  EXPECT_FALSE(report.go());
+  EXPECT_EQ(format_text(report).find("Preflight of range test, where nothing was heard\n"), 0U) << format_text(report);
+}
+
 TEST_F(PreflightTest, ASensorThatPointsAwayFromThePadIsNoGoInItsSigmas) {
   const auto turned = [](double offset) {
     return [offset](RadarTspi& plot) {

@@ -193,6 +193,7 @@ PreflightReport Preflight::report() const {
   if (liftoff) to_s = std::min(to_s, second_of(*liftoff));
   const std::int64_t window_s = std::max<std::int64_t>(limits_.window.ns / second_ns, 1);
   const std::int64_t from_s = std::max(to_s - window_s, first_ ? second_of(*first_) : 0);
+  report.heard = first_.has_value();
   report.from = {from_s * second_ns};
   report.to = {to_s * second_ns};
   if (const auto t_plus = ingest_.mission().t_plus(report.to)) report.t_plus_s = t_plus->seconds();

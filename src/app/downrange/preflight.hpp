@@ -74,7 +74,8 @@ struct ClockPreflight : PreflightLine {
 
 struct PreflightReport {
   std::string range;
-  Time from;  ///< of the window judged
+  bool heard = false;  ///< anything; else there is no window
+  Time from;           ///< of the window judged
   Time to;
   std::optional<double> t_plus_s;  ///< at its end, where a lift-off is planned or known
   std::vector<SourcePreflight> sources;

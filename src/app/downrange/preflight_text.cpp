@@ -143,7 +143,8 @@ ordered_json json_list(const Lines& lines) {
 }  // namespace
 
 std::string format_text(const PreflightReport& report) {
-  std::string text = "Preflight of range " + report.range + ", " + utc(report.from) + " to " + utc(report.to);
+  std::string text = "Preflight of range " + report.range + ", ";
+  text += report.heard ? utc(report.from) + " to " + utc(report.to) : "where nothing was heard";
   if (report.t_plus_s) text += line(" (T%+.0f s)", *report.t_plus_s);
   text += "\n\nSources\n";
   for (const SourcePreflight& source : report.sources) text += text_of(source);
