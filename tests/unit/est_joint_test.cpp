@@ -197,39 +197,6 @@ TEST(EveryMethodOfBiases, ARadarThatReturnsBringsBackATrackThatWasLedAstray) {
   }
 }
 
-/// A body that falls as gravity says tells a lone radar its elevation's offset; one of 5 degrees is none that the
-/// regime without GPS believes in. Whatever the motion is then, no offset beyond six sigmas stands for it.
-TEST(EveryMethodWithTheRegimeWithoutGps, ALoneRadarsBiasStaysWhatABiasMayBe) {
-  for (const char* name : {"joint", "schmidt"}) {
-    MethodSettings settings = draw_flight(1, 1, false, false).settings;
-    settings.radars.resize(1);
-    const RadarModel& radar = settings.radars[0];
-    const BiasModel in_force = bias_layout_without_gps(settings.radars, settings.gps.no_gps, 0).radars[0].model;
-    const auto method = make_method(name, settings);
-    const ModelSet models = model_set(settings.motion);
-    Vec<9> x = Vec<9>::Zero();
-    x << radar.site.ecef_of({{-200'000.0, 50'000.0, 300'000.0}}).m,
-        Vec<3>(radar.site.R_sez_ecef().R.transpose() * Vec<3>(0, 6000, 1000)), Vec<3>::Zero();
-    double most = 0;
-    for (int i = 1; i <= 1200; ++i) {
-      x = predict_mean(models.model[static_cast<std::size_t>(models.ballistic)], x, 0.1);
-      Measurement m;
-      m.epoch = Time{} + seconds(0.1 * i);
-      m.sequence = static_cast<std::uint64_t>(i);
-      test::polar(m) = polar_from_enu(radar.site.enu_of({Vec<3>(x.head<3>())}));
-      test::polar(m).elevation_rad += 5 * test::deg;
-      (void)method->process(m, m.epoch);
-      const BiasEstimate b = method->bias(0);
-      for (int k = 0; k < b.terms; ++k) {
-        const auto term = static_cast<Eigen::Index>(b.term[static_cast<std::size_t>(k)]);
-        most = std::max(most, std::abs(b.value[k]) / std::sqrt(in_force.prior_cov(term, term)));
-      }
-    }
-    EXPECT_LT(most, 6.4) << name;
-    EXPECT_GT(most, 1) << name << ": it learnt";
-  }
-}
-
 /// Stamps that are late by 20 ms cannot be told from a target that is elsewhere on its path: with one radar and no GPS
 /// nothing is learnt of them, and the second radar's plots find the difference of both.
 TEST(EveryMethodWithTheRegimeWithoutGps, LooksForTimeTagsOnlyWhereTwoRadarsBearOnThem) {

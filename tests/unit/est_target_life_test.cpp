@@ -301,6 +301,17 @@ TEST_F(Rules, ARadarIsNotUnitedWithThatWasHeardAllTheTimeOrBesideAReceiver) {
   }
 }
 
+TEST_F(Rules, ABiasThatIsNoneIsTheMotionsOnceAMinute) {
+  constexpr double one_in_a_million = 40.52;  // chi2 with 7 degrees of freedom
+  EXPECT_FALSE(rules.led_astray(life, plot(0, 0), one_in_a_million - 0.1, 7));
+  EXPECT_TRUE(rules.led_astray(life, plot(0.1, 0), one_in_a_million + 0.1, 7));
+  EXPECT_FALSE(rules.led_astray(life, plot(59, 0), 1000, 7));
+  EXPECT_TRUE(rules.led_astray(life, plot(61, 0), 1000, 7));
+  Measurement angles_alone = plot(200, 0);
+  std::get<Plot>(angles_alone.measured).range_valid = false;
+  EXPECT_FALSE(rules.led_astray(life, angles_alone, 1000, 7)) << "a motion cannot begin by it";
+}
+
 TEST_F(Rules, FirstFixesMustAgreeAndBePossible) {
   all_well(0, 20, 2, false);
   const auto first = [&](const Measurement& m) {

@@ -139,7 +139,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
   ++radar.samples;
   if (t.without_gps) put_time_tags_in(t, motion_at, layout(t), static_cast<std::size_t>(m.source));
   const RadarBlock& block = layout(t).radars[static_cast<std::size_t>(m.source)];
-  if (is_led_astray(t, m, block)) {
+  if (is_led_astray(t, arbitration_, m, block)) {
     open_bias(t.bank, block);
     restart_motion(t, m);
   }

@@ -241,7 +241,7 @@ void Schmidt::note_used(Target& t, const Measurement& plot, const Outcome& outco
   t.nis_dof = outcome.dof;
   t.radars[source].epoch = plot.epoch;
   const RadarBlock& block = layout(t).radars[source];
-  if (!is_led_astray(t, plot, block)) return;
+  if (!is_led_astray(t, arbitration_, plot, block)) return;
   open_bias(t.bank, block);
   start_fused_by(t, plot);
 }

@@ -153,6 +153,12 @@ bool Arbitration::overrules(const TargetLife& life, const Measurement& plot, con
   return of_plot.chi2 + decisive < of_track;
 }
 
+bool Arbitration::led_astray(TargetLife& life, const Measurement& plot, double bias_misfit, int terms) const {
+  static const Gates gates(1 - 1e-6);
+  return tells_position(plot.measured) && bias_misfit > gates[terms] &&
+         life.radars[static_cast<std::size_t>(plot.source)].opening.open_seldom(plot.epoch);
+}
+
 Gaussian<3> Arbitration::position_by_prior(std::size_t source, const TimedPlot& plot, const Vec<9>& near) const {
   const RadarModel& radar = radars_[source];
   const BiasPrior prior = prior_of(radar.bias);

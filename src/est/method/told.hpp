@@ -3,7 +3,6 @@
 /// what they tell of their targets: whose word on a radar counts.
 
 #include <cstddef>
-#include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/filter/hypothesis.hpp>
 #include <downrange/est/method/target_life.hpp>
 #include <stdexcept>
@@ -67,17 +66,13 @@ template <class Radars>
   return false;
 }
 
-/// One radar that nobody has helped, no receiver: while the cross-range is open, a change of thrust may be explained by
-/// a target elsewhere and a bias to match. After an accepted plot: the regime without GPS believes in no such bias, in
-/// one of a million; then it is the motion that has gone elsewhere, and both begin anew with this plot. Once a minute:
-/// a radar may be worse than the regime believes.
+/// One radar that nobody has helped, no receiver: after an accepted plot, whether bias and motion begin anew with it.
 template <class Target>
-[[nodiscard]] bool is_led_astray(Target& target, const Measurement& plot, const RadarBlock& block) {
-  static const Gates gates(1 - 1e-6);
-  const auto radar = static_cast<std::size_t>(plot.source);
-  if (!target.without_gps || !tells_position(plot.measured) || others_contribute(target.radars, radar)) return false;
+[[nodiscard]] bool is_led_astray(Target& target, const Arbitration& rules, const Measurement& plot,
+                                 const RadarBlock& block) {
+  if (!target.without_gps || others_contribute(target.radars, static_cast<std::size_t>(plot.source))) return false;
   const Hypothesis& likely = target.bank.mode[static_cast<std::size_t>(likeliest(target.bank))];
-  return prior_misfit(likely, block) > gates[block.terms] && target.life.radars[radar].opening.open_seldom(plot.epoch);
+  return rules.led_astray(target.life, plot, prior_misfit(likely, block), block.terms);
 }
 
 /// The bias of one radar as `target` knows it; `by_gps`: GPS is what it was found by.

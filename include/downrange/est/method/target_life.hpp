@@ -121,6 +121,12 @@ class Arbitration {
   /// learn.
   [[nodiscard]] bool explained_by_bias(int source, const TimedPlot& plot, Time epoch, const Gaussian<9>& motion) const;
 
+  /// Of a target that one radar has followed alone, without any receiver, after its accepted plot: `bias_misfit` is how
+  /// far the radar's bias is from its prior in force, chi2 with as many degrees of freedom as it has terms. While the
+  /// cross-range is open, a change of thrust may be explained by a target elsewhere and a bias to match. None is so
+  /// large, in one of a million: then it is the motion that has gone elsewhere. Once a minute: a radar may be worse.
+  [[nodiscard]] bool led_astray(TargetLife& life, const Measurement& plot, double bias_misfit, int terms) const;
+
   /// Of a target that radars follow and whose receiver is not believed yet, to be called with every fix until it is.
   [[nodiscard]] FirstFixes first_fixes(TargetLife& life, const Measurement& fix, const Vec<9>& track) const;
   /// The receiver was silent, or gave no usable fix, for longer than its track is worth anything.
