@@ -4,17 +4,16 @@
 #include <deque>
 #include <downrange/est/filter/consistency.hpp>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "score/errors.hpp"
+#include "score/source_tally.hpp"
 #include "stage/integrity_notes.hpp"
 
 namespace downrange::score {
 namespace {
 
-constexpr Duration mean_interval = milliseconds(10'000);
 /// Further behind a fix than this, a track says nothing about it.
 constexpr Duration longest_prediction = milliseconds(2'000);
 /// What fixes may come late by and still find the track before them.
@@ -60,98 +59,6 @@ PositionScore position_score(const Samples& samples, Time from, Time to) {
   if (errors.empty()) return {};
   const Spread spread = spread_of(std::move(errors));
   return {spread.count, spread.rms, spread.p95, spread.worst, inside.value()};
-}
-
-class IntervalMeans {
- public:
-  void add(Time t, const Eigen::Vector3d& error) {
-    auto& [sum, count] = intervals_.try_emplace(t.ns / mean_interval.ns, Eigen::Vector3d::Zero(), 0).first->second;
-    sum += error;
-    ++count;
-  }
-
-  [[nodiscard]] SystematicError rms_of_means() const {
-    Eigen::Vector3d sum_of_squares = Eigen::Vector3d::Zero();
-    for (const auto& [interval, entry] : intervals_) sum_of_squares += (entry.first / entry.second).cwiseAbs2();
-    const Eigen::Vector3d rms =
-        (sum_of_squares / static_cast<double>(std::max<std::size_t>(intervals_.size(), 1))).cwiseSqrt();
-    return {rms[0], rms[1], rms[2]};
-  }
-
- private:
-  std::map<std::int64_t, std::pair<Eigen::Vector3d, int>> intervals_;
-};
-
-/// Errors of a sensor's plots: as measured, and corrected for what was known of them.
-struct PlotErrors {
-  std::size_t plots = 0;
-  IntervalMeans before;
-  IntervalMeans after;
-};
-
-struct PlotError {
-  Time epoch;
-  Eigen::Vector3d before;
-  Eigen::Vector3d after;
-
-  void add_to(PlotErrors& errors) const {
-    ++errors.plots;
-    errors.before.add(epoch, before);
-    errors.after.add(epoch, after);
-  }
-};
-
-/// What health told of a source once a second.
-struct HealthSample {
-  std::uint64_t judged = 0;  ///< measurements by the method's gate since the start
-  int window = 0;            ///< the last of these that the share is over
-  double inside_95 = 1;
-  bool mismatch = false;
-};
-
-struct Fates {
-  std::size_t delivered = 0;
-  std::size_t rejected = 0;
-};
-
-struct SourceTally {
-  std::array<std::uint64_t, reason_count> by_ingest{};
-  std::uint64_t gated = 0;
-  std::uint64_t frozen = 0;
-  std::uint64_t excluded = 0;  ///< accepted by ingest, and not used: INTEGRITY had excluded the source
-  Fates outliers;
-  Fates good;
-  PlotErrors of_ingest;  ///< accepted by ingest
-  PlotErrors of_method;  ///< by the method too
-  std::vector<HealthSample> health;
-  SigmaRatios sigma_ratio{};
-};
-
-/// Disjoint windows from the end of the flight back.
-void add_consistency(const std::vector<HealthSample>& health, SourceScore& score) {
-  const int full = MismatchAlarm().window();
-  double inside = 0;
-  std::uint64_t begin = std::numeric_limits<std::uint64_t>::max();  // of what is counted so far
-  for (auto h = health.rbegin(); h != health.rend(); ++h) {
-    if (h->mismatch) ++score.mismatch_s;
-    if (h->window == full) score.least_nis_inside_95 = std::min(score.least_nis_inside_95.value_or(1), h->inside_95);
-    const auto window = static_cast<std::uint64_t>(h->window);
-    if (window == 0 || h->judged > begin) continue;
-    score.nis_count += window;
-    inside += h->inside_95 * h->window;
-    begin = h->judged - std::min(window, h->judged);
-  }
-  if (score.nis_count == 0) return;
-  score.nis_inside_95 = inside / static_cast<double>(score.nis_count);
-  // Health is told once a second: the seconds in which the method had something of the source.
-  double heard_s = 0;
-  std::uint64_t last = 0;
-  for (const HealthSample& h : health) {
-    if (h.judged > last) ++heard_s;
-    last = h.judged;
-  }
-  score.nis_independent = heard_s / alike_for_s;
-  score.nis_band = honest_band(score.nis_inside_95, score.nis_independent);
 }
 
 }  // namespace

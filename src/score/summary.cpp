@@ -1,13 +1,12 @@
 #include "score/summary.hpp"
 
 #include <cmath>
+#include <numeric>
 
 namespace downrange::score {
 
 std::uint64_t SourceScore::rejected() const {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < count.size(); ++i) sum += static_cast<Reason>(i) == Reason::Accepted ? 0 : count[i];
-  return sum;
+  return std::accumulate(count.begin(), count.end(), std::uint64_t{0}) - accepted();
 }
 
 std::string_view name_of(SourceKind kind) {

@@ -19,8 +19,9 @@ constexpr double no_position_m = 10;
 constexpr double speed_max_m_s = 2e4;
 /// A motion that began this near to the announced lift-off is the lift-off.
 constexpr Duration at_liftoff = milliseconds(10'000);
-/// No vehicle outruns that from its pad: sounding rockets reach a half of it.
-constexpr double outrun_by_nobody_m_s2 = 300;
+/// From its pad: three times the most that a launch vehicle's velocity changes by (departure.cpp), for lift-offs that
+/// are announced late and small rockets.
+constexpr double most_acceleration_m_s2 = 300;
 /// A receiver that states worse has no fix.
 constexpr double sigma_max = 1e5;
 
@@ -87,7 +88,7 @@ double Ingest::reach_from_pad_m(const Name& target, Time epoch) const {
   const bool from_pad = mission_.liftoff_announced() && !departure_.moved(target, *mission_.liftoff() - at_liftoff);
   if (!from_pad) return std::numeric_limits<double>::infinity();
   const double flown_s = (epoch - *mission_.liftoff()).seconds();
-  return config_.pad->radius_m + outrun_by_nobody_m_s2 / 2 * flown_s * flown_s;
+  return config_.pad->radius_m + most_acceleration_m_s2 / 2 * flown_s * flown_s;
 }
 
 Observation Ingest::judge(const RadarTspi& tspi) {

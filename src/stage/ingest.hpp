@@ -61,7 +61,7 @@ class Ingest {
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Fix& fix) const;
   /// Reasons that hold for any source: time against the node's clock, and against what the source said before.
   [[nodiscard]] Reason judge_time(const Observation& o);
-  /// The pad's radius, and after an announced lift-off what no vehicle outruns. There must be a pad.
+  /// The pad's radius, and after an announced lift-off how far a vehicle may have come. There must be a pad.
   [[nodiscard]] double reach_from_pad_m(const Name& target, Time epoch) const;
   /// Of a fix: can the vehicle be there, for all that is known of its departure from the pad? One that cannot still
   /// tells whether the vehicle moves.

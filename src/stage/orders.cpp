@@ -35,9 +35,8 @@ int Orders::target_of(const Name& name) const {
 
 std::string Orders::refusal(const OperatorCommand& command) const {
   if (command.simulated != simulated_)
-    return simulated_
-               ? "this node flies a simulated flight and takes its orders only (--set ingest.expect_simulated=true)"
-               : "an order of a simulated flight, and this node flies a real one";
+    return simulated_ ? "this node flies a simulated flight and takes its orders only (ingest.expect_simulated = true)"
+                      : "an order of a simulated flight, and this node flies a real one";
   if (command.operator_id.empty()) return "it does not say who orders";
   if (command.reason.empty()) return "it gives no reason";
   if (!plausible(command.epoch)) return "its time is none between 1970 and 2100";

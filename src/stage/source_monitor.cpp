@@ -142,6 +142,7 @@ SourceHealth SourceMonitor::health(Time tick, const Name& name, Account& account
 
 void SourceMonitor::add(Time tick, const SourceAccount& of_method, bool excluded, Account& account,
                         SourceHealth& health) {
+  const std::uint64_t frozen_before = account.frozen_count.counted();
   const std::uint64_t gated = account.gated_count.total(of_method.gated, excluded);
   const std::uint64_t frozen = account.frozen_count.total(of_method.frozen, excluded);
   auto& accepted = health.count[static_cast<std::size_t>(Reason::Accepted)];
@@ -157,8 +158,7 @@ void SourceMonitor::add(Time tick, const SourceAccount& of_method, bool excluded
   health.mismatch = of_method.mismatch.rings();
   for (std::size_t i = 0; i < health.sigma_ratio.size(); ++i)
     health.sigma_ratio[i] = of_method.noise.sigma_ratio(static_cast<int>(i));
-  account.frozen = of_method.rejected_in_row > 0 && (account.frozen || of_method.frozen != account.reported_frozen);
-  account.reported_frozen = of_method.frozen;
+  account.frozen = of_method.rejected_in_row > 0 && (account.frozen || of_method.frozen != frozen_before);
   // What the account shows came within the second before.
   if (of_method.rejected_in_row == 0)
     account.gated_since = tick;

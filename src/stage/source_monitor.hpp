@@ -45,6 +45,7 @@ class SourceMonitor {
       counted_ = counted;
       return lost_ + counted;
     }
+    [[nodiscard]] std::uint64_t counted() const { return counted_; }
 
    private:
     std::uint64_t counted_ = 0;
@@ -58,14 +59,13 @@ class SourceMonitor {
     std::uint64_t reported_messages = 0;
     Time newest;  ///< received
     double latency_s = 0;
-    bool seen = false;
-    bool was_good = false;    ///< one message at least
+    bool seen = false;        ///< one was accepted: there is a latency
+    bool was_good = false;    ///< one was accepted, or was the double of one
     int rejected_in_row = 0;  ///< by ingest
     Time rejected_since;      ///< the first of them
     Reason rejected_for = Reason::Accepted;
     LastingCount gated_count;
     LastingCount frozen_count;
-    std::uint64_t reported_frozen = 0;
     bool frozen = false;                  ///< by the method, and none accepted since
     int gated_in_row = 0;                 ///< by the method
     std::uint64_t reported_accepted = 0;  ///< by the method, when it last accepted one

@@ -301,6 +301,24 @@ TEST_F(Rules, ARadarIsNotUnitedWithThatWasHeardAllTheTimeOrBesideAReceiver) {
   }
 }
 
+/// Plots that tell no position, or come seldom, can show no vehicle that returns: the radar's bias is opened as ever.
+TEST_F(Rules, ARadarThatCannotReturnAsOneVehicleHasItsBiasOpened) {
+  for (const bool seldom : {false, true}) {
+    life = rules.unborn();
+    all_well(0, 20, 1, false);
+    const double period_s = seldom ? 2 : 0.1;
+    bool opened = false;
+    for (int i = 0; i < 2 * settings.arbitration.reopen_after && !opened; ++i) {
+      const double t = 20 + period_s * i;
+      accept(plot(t, 0));
+      Measurement other = plot(t + 0.05, 1);
+      std::get<Plot>(other.measured).angles_valid = seldom;
+      opened = reject(other, 150) == Remedy::OpenBias;
+    }
+    EXPECT_TRUE(opened) << (seldom ? "every two seconds" : "range alone");
+  }
+}
+
 TEST_F(Rules, ABiasThatIsNoneIsTheMotionsOnceAMinute) {
   constexpr double one_in_a_million = 40.52;  // chi2 with 7 degrees of freedom
   EXPECT_FALSE(rules.led_astray(life, plot(0, 0), one_in_a_million - 0.1, 7));

@@ -241,6 +241,29 @@ TEST(Integrity, AnAmbiguousSourceAddsItsOwnStory) {
   EXPECT_EQ(centre.followed().alternatives.size(), 5u);
 }
 
+/// Once one source is excluded and of the others nobody knows who is right: not even the chain that has caught up with
+/// what they all say is followed before that is known.
+TEST(Integrity, InATieTheTrackStaysWhereItWas) {
+  const RangeConfig range = range_that_catches_up_slowly();
+  constexpr double tie_to = 34;
+  const Script jeju_lies = excluded(set_of(jeju), 22, 20);
+  Centre centre(range, [&](double t, std::vector<Judgement>& verdicts) {
+    jeju_lies(t, verdicts);
+    const bool tie = t >= 22 && t < tie_to;
+    verdicts[goheung].verdict = tie ? IntegrityVerdict::Ambiguous : IntegrityVerdict::Agrees;
+    verdicts[goheung].why = tie ? Finding::CoarsePosition : Finding::None;
+  });
+  int ticks = 0;
+  centre.after_tick = [&](double t) {
+    if (t < 22 || t >= tie_to) return;
+    EXPECT_EQ(centre.followed().chain, Name("without-jeju")) << t;
+    ++ticks;
+  };
+  centre.handle(with_jeju_lying(range, 36));
+  EXPECT_GT(ticks, 100);
+  EXPECT_EQ(centre.followed().chain, Name()) << "all had caught up meanwhile";
+}
+
 /// Arrives in another order, the same within the history: the same chains, whatever was undone in between.
 TEST(Integrity, TheOrderOfArrivalIsNothing) {
   const RangeConfig range = judged_range();

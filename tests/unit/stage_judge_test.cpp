@@ -379,12 +379,18 @@ TEST(Judge, TwoRadarsThatFoldAtOnceAreNoMajorityAgainstTheReceiver) {
 TEST(Judge, TwoRadarsThatFoldOneAfterTheOtherAreBothNamedAndTheReceiverIsNot) {
   const RangeConfig range = judged_range();
   const sim::Simulation flight(judged_launch(range, end_s), 3);
-  for (const double later_s : {3.0, 8.0, 15.0}) {
-    const Fault fold_in_turn = [later_s](Event& event, double t_s) {
+  struct Case {
+    double later_s;
+    double unseen_s;  ///< the second, before it folds
+  };
+  for (const auto [later_s, unseen_s] : {Case{3, 0}, Case{8, 0}, Case{15, 0}, Case{12, 10}}) {
+    const Fault fold_in_turn = [later_s, unseen_s](Event& event, double t_s) {
       auto* plot = std::get_if<RadarTspi>(&event);
       if (plot == nullptr) return;
-      const double from_s = plot->sensor == Name("jeju") ? begin_s : begin_s + later_s;
+      const bool second = plot->sensor == Name("goheung");
+      const double from_s = second ? begin_s + later_s : begin_s;
       if (t_s >= from_s) plot->measured.range_m += 150e3;
+      if (second && t_s < from_s && t_s >= from_s - unseen_s) plot->mode = TrackMode::Search;
     };
     const JudgedFlight f = judged(range, with_fault(flight, fold_in_turn), set_of(goheung) | set_of(jeju));
     for (const SourceId radar : {jeju, goheung}) {

@@ -97,7 +97,7 @@ TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
   command = order(OperatorOrder::Inhibit, "goheung", 1);
   command.simulated = false;
   EXPECT_EQ(refused(command),
-            "this node flies a simulated flight and takes its orders only (--set ingest.expect_simulated=true)");
+            "this node flies a simulated flight and takes its orders only (ingest.expect_simulated = true)");
   command = order(OperatorOrder::Inhibit, "goheung", 1);
   command.received = command.epoch - milliseconds(101);
   EXPECT_NE(refused(command).find("dated in the future"), std::string::npos);

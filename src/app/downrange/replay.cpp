@@ -5,6 +5,7 @@
 #include <downrange/stage/catalogue.hpp>
 #include <iostream>
 #include <numeric>
+#include <set>
 
 #include "fault_options.hpp"
 #include "flight.hpp"
@@ -80,7 +81,7 @@ void tell_unknown(const Counter& counter, const Options& o) {
   }
   if (named == Counter::most_named) names += ", ...";
   std::cerr << "downrange: " << o.archive << ": " << rejected << " measurements of " << names
-            << " are rejected (unknown_source): the configuration does not have that source, or not their target\n";
+            << " are rejected (unknown_source): the configuration does not have the source, or the target\n";
 }
 
 /// What most often makes a whole flight worth nothing.

@@ -21,6 +21,10 @@ constexpr const char* no_time =
     ": dates are year-month-day or year-day of year, with date_order = \"dmy\" or \"mdy\" day or month first; times of "
     "day "
     "are hours:minutes:seconds";
+constexpr const char* no_date =
+    " is no date: they are year-month-day, year-day of year, or with date_order = \"dmy\" or \"mdy\" day or month "
+    "first";
+
 /// What a text is an example of.
 std::string name_of_clock(const ClockTime& clock) {
   switch (clock.shape) {
@@ -35,10 +39,6 @@ std::string name_of_clock(const ClockTime& clock) {
   }
   return {};
 }
-
-constexpr const char* no_date =
-    " is no date: they are year-month-day, year-day of year, or with date_order = \"dmy\" or \"mdy\" day or month "
-    "first";
 
 /// What a radar's plot may lack, as long as it has its range or both angles.
 bool is_part_of_plot(FileKind kind, Field field) {

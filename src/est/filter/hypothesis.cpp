@@ -20,6 +20,24 @@ RadarBlock block_of(const BiasModel& model, const PointingWander& wander, int at
 
 Eigen::Index index(BiasTerm term) { return static_cast<Eigen::Index>(term); }
 
+/// Of the terms of a bias, without the slow pointing errors that may follow them.
+struct BlockPrior {
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, bias_term_count, 1> mean;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bias_term_count, bias_term_count> cov;
+};
+BlockPrior prior_of(const RadarBlock& block) {
+  BlockPrior prior;
+  prior.mean.resize(block.terms);
+  prior.cov.resize(block.terms, block.terms);
+  for (int i = 0; i < block.terms; ++i) {
+    const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
+    prior.mean[i] = block.model.prior_mean[k];
+    for (int j = 0; j < block.terms; ++j)
+      prior.cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
+  }
+  return prior;
+}
+
 /// What is symmetric but for rounding, to the bit: nothing later mends it.
 template <class Square>
 void mirror(Square&& P) {
@@ -117,28 +135,6 @@ void reset_block(Hypothesis& h, int at, const Eigen::Ref<const Eigen::VectorXd>&
   h.P.block(at, at, n, n) = cov.selfadjointView<Eigen::Lower>();
 }
 
-namespace {
-
-/// Of the terms of a bias, without the slow pointing errors that may follow them.
-struct BlockPrior {
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, bias_term_count, 1> mean;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bias_term_count, bias_term_count> cov;
-};
-BlockPrior prior_of(const RadarBlock& block) {
-  BlockPrior prior;
-  prior.mean.resize(block.terms);
-  prior.cov.resize(block.terms, block.terms);
-  for (int i = 0; i < block.terms; ++i) {
-    const Eigen::Index k = index(block.term[static_cast<std::size_t>(i)]);
-    prior.mean[i] = block.model.prior_mean[k];
-    for (int j = 0; j < block.terms; ++j)
-      prior.cov(i, j) = block.model.prior_cov(k, index(block.term[static_cast<std::size_t>(j)]));
-  }
-  return prior;
-}
-
-}  // namespace
-
 void reset_bias(Hypothesis& h, const RadarBlock& block) {
   const BlockPrior prior = prior_of(block);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(block.size());
@@ -159,12 +155,7 @@ double prior_misfit(const Hypothesis& h, const RadarBlock& block) {
 void loosen_biases(Hypothesis& h, const BiasLayout& layout, std::uint64_t radars) {
   for (std::size_t radar = 0; radar < layout.radars.size(); ++radar) {
     const RadarBlock& block = layout.radars[radar];
-    for (int i = 0; i < block.terms && (radars >> radar & 1) != 0; ++i) {
-      for (int j = 0; j < block.terms; ++j)
-        h.P(block.at + i, block.at + j) += block.model.prior_cov(index(block.term[static_cast<std::size_t>(i)]),
-                                                                 index(block.term[static_cast<std::size_t>(j)])) /
-                                           4;
-    }
+    if ((radars >> radar & 1) != 0) h.P.block(block.at, block.at, block.terms, block.terms) += prior_of(block).cov / 4;
   }
 }
 

@@ -128,7 +128,7 @@ Remedy Arbitration::rejected_plot(TargetLife& life, const Measurement& plot, con
         receiver.refused_count > 1 && receiver.agreeing_since < receiver.heard && !was_silent(life, plot);
     return again && !fix_is_due ? Remedy::Restart : Remedy::None;
   }
-  const bool returns = radar.refused_since.epoch - radar.accepted.epoch > gps_max_age_;
+  const bool returns = again && radar.refused_since.epoch - radar.accepted.epoch > gps_max_age_;
   if (returns && now.epoch - radar.refused_since.epoch < returned_after) return Remedy::None;
   if (returns && overrules(life, plot, track) && radar.opening.open(plot.epoch, reopen_after_)) return Remedy::Unite;
   const bool others_follow = life.accepted > radar.accepted.epoch && plot.epoch - life.accepted <= restart_after_;
