@@ -175,9 +175,8 @@ void SourceMonitor::qualify(Time tick, const Source& source, const Account& acco
   };
   if (account.messages == 0 || tick - account.newest > source.silent_after) {
     health.why = Disqualification::Silent;
-  } else if (!account.was_good && account.rejected_in_row > 0) {
-    rejected(account.rejected_for);  // it has told nothing yet that could be used
-  } else if (distrusted(tick, account.rejected_since, account.rejected_in_row)) {
+  } else if ((!account.was_good && account.rejected_in_row > 0) ||  // it has told nothing yet that could be used
+             distrusted(tick, account.rejected_since, account.rejected_in_row)) {
     rejected(account.rejected_for);
   } else if (account.frozen) {
     rejected(Reason::Frozen);

@@ -383,7 +383,9 @@ TEST(Judge, TwoRadarsThatFoldOneAfterTheOtherAreBothNamedAndTheReceiverIsNot) {
     double later_s;
     double unseen_s;  ///< the second, before it folds
   };
-  for (const auto [later_s, unseen_s] : {Case{3, 0}, Case{8, 0}, Case{15, 0}, Case{12, 10}}) {
+  for (const Case c : {Case{3, 0}, Case{8, 0}, Case{15, 0}, Case{12, 10}}) {
+    const double later_s = c.later_s;
+    const double unseen_s = c.unseen_s;
     const Fault fold_in_turn = [later_s, unseen_s](Event& event, double t_s) {
       auto* plot = std::get_if<RadarTspi>(&event);
       if (plot == nullptr) return;
