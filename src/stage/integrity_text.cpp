@@ -25,6 +25,12 @@ std::string one_decimal(double not_negative) {
   return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10);
 }
 
+std::string seconds_text(double not_negative) {
+  const std::int64_t hundredths = std::llround(not_negative * 100);
+  return std::to_string(hundredths / 100) + "." + (hundredths % 100 < 10 ? "0" : "") +
+         std::to_string(hundredths % 100) + " s";
+}
+
 std::string two_digits(std::int64_t n) { return (n < 10 ? "0" : "") + std::to_string(n); }
 
 /// What speaks against it, behind its name; empty: nothing.
@@ -39,8 +45,11 @@ std::string accusation_of(const Integrity& record, std::size_t source) {
   const std::string by_how_much = known ? " by " + distance_text(s.apart_m) : "";
   switch (s.why) {
     case Finding::CoarseVelocity:
-    case Finding::FineVelocity:
       return " does not move as its own velocity says" + (known ? ", by " + one_decimal(s.apart_m) + " m/s" : "");
+    case Finding::Clock:
+      if (others.empty()) return "";
+      return " disagrees with " + others + " as by a clock that is " + (known ? seconds_text(s.apart_m) + " " : "") +
+             "off";
     case Finding::Impossible:
       if (known) return " leapt, and is " + distance_text(s.apart_m) + " off its own path";
       return " repeats one position in flight, to the bit,";
@@ -73,7 +82,7 @@ std::string_view to_string(IntegrityVerdict verdict) {
 
 std::string_view to_string(Finding finding) {
   static constexpr std::array<std::string_view, 10> names{
-      "none",        "coarse position", "coarse velocity", "fine position", "fine velocity", "implausible bias",
+      "none",        "coarse position", "coarse velocity", "fine position", "clock", "implausible bias",
       "common bias", "differing copy",  "off the pad",     "impossible"};
   return names.at(static_cast<std::size_t>(finding));
 }

@@ -7,6 +7,7 @@ downrange_test(stage_mission_clock_test ${CMAKE_CURRENT_LIST_DIR}/stage_mission_
 downrange_test(stage_integrity_text_test ${CMAKE_CURRENT_LIST_DIR}/stage_integrity_text_test.cpp LIBS downrange_stage)
 downrange_test(stage_residuals_test ${CMAKE_CURRENT_LIST_DIR}/stage_residuals_test.cpp LIBS downrange_stage)
 downrange_test(stage_judge_parts_test ${CMAKE_CURRENT_LIST_DIR}/stage_judge_parts_test.cpp LIBS downrange_stage)
+downrange_test(stage_clock_test ${CMAKE_CURRENT_LIST_DIR}/stage_clock_test.cpp LIBS downrange_sim)
 downrange_test(stage_judge_test ${CMAKE_CURRENT_LIST_DIR}/stage_judge_test.cpp LIBS downrange_sim)
 downrange_test(stage_integrity_chain_test ${CMAKE_CURRENT_LIST_DIR}/stage_integrity_chain_test.cpp LIBS downrange_stage)
 downrange_test(stage_integrity_test ${CMAKE_CURRENT_LIST_DIR}/stage_integrity_test.cpp LIBS downrange_stage)

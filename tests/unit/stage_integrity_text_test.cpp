@@ -76,6 +76,8 @@ TEST(IntegrityText, EveryFindingSaysWhatSpeaksAgainstTheSource) {
   EXPECT_EQ(said(Finding::OffPad, 28, 0), "jeju-tgs is 28 m off the pad since T+5.0; excluded (off the pad)");
   EXPECT_EQ(said(Finding::CoarseVelocity, 41.24, 0),
             "jeju-tgs does not move as its own velocity says, by 41.2 m/s since T+5.0; excluded (coarse velocity)");
+  EXPECT_EQ(said(Finding::Clock, 0.964, 0b011),
+            "jeju-tgs disagrees with goheung and jeju as by a clock that is 0.96 s off since T+5.0; excluded (clock)");
   EXPECT_EQ(said(Finding::Impossible, 0, 0),
             "jeju-tgs repeats one position in flight, to the bit, since T+5.0; excluded (impossible)");
   EXPECT_EQ(said(Finding::Impossible, 200, 0),

@@ -52,6 +52,15 @@ TEST(Identification, AThirdThatDoubtsOneOfTwoDecides) {
   EXPECT_EQ(identify(edges, std::vector<Character>(3), 0, 0, 0).guilty, only(first));
 }
 
+TEST(Identification, WhatAThirdSaysForOneOfTwoDecides) {
+  const std::vector<Edge> edges{fails(gps, first), passes(gps, second, 0.1), passes(first, second, 0.1)};
+  std::vector<Character> characters(3);
+  characters[first].acquittal = 1;
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, only(gps));
+  characters[gps].acquittal = 0.9;  // for both: nothing follows
+  EXPECT_EQ(identify(edges, characters, 0, 0, 0).guilty, 0u);
+}
+
 TEST(Identification, WhoBrokeWithItsOwnPastDecidesATie) {
   std::vector<Character> characters(2);
   characters[gps].own_break = 5;

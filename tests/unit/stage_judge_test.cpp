@@ -275,6 +275,18 @@ TEST(Judge, AReceiverThatIsTrueAgainAsTheFirstRadarComesIsBelievedFromThen) {
   EXPECT_LE(*suspect, 24) << described(f);
 }
 
+TEST(Judge, AFirstFixFarOffThePadIsNotWaitedFor) {
+  const RangeConfig range = judged_range();
+  sim::Scenario scenario = judged_launch(range, 2);
+  scenario.gps.faults.push_back({{-60, 1000}, {0, 0, 500}, {0, 0, 0}});
+  const sim::Simulation flight(scenario, 1);
+  const JudgedFlight f = judged(range, flight.events(), gps);
+  const auto excluded = f.first(first_station, IntegrityVerdict::Excluded);
+  ASSERT_TRUE(excluded) << described(f);
+  EXPECT_LE(*excluded, scenario.gps.active.first + 1) << described(f);
+  EXPECT_EQ(f.said.front().judgement.why, Finding::OffPad);
+}
+
 TEST(Judge, ADatumIsSeenOnThePad) {
   const RangeConfig range = judged_range();
   sim::Scenario scenario = judged_launch(range, 2);
@@ -457,7 +469,9 @@ TEST(Judge, OfTwoReceiversThatDifferThePadTellsWhich) {
                      [](const Event& a, const Event& b) { return received_of(a) < received_of(b); });
     const JudgedFlight f = judged(range, events);
     ASSERT_FALSE(f.said.empty());
-    EXPECT_EQ(f.said.front().judgement.verdict, IntegrityVerdict::Ambiguous) << described(f);
+    // Both come by the same station: it is doubted, not excluded.
+    EXPECT_EQ(f.said.front().judgement.verdict, surveyed ? IntegrityVerdict::Suspect : IntegrityVerdict::Ambiguous)
+        << described(f);
     EXPECT_LT(f.said.front().t_s, 0) << described(f);
     EXPECT_EQ(surveyed, f.said.back().judgement.why == Finding::OffPad) << described(f);
     EXPECT_EQ(surveyed, f.said.back().judgement.receiver == Name("upper")) << described(f);

@@ -122,8 +122,8 @@ enum class Finding : std::uint8_t {
   None,
   CoarsePosition,  ///< tracks of disjoint or nested sets of sources differ
   CoarseVelocity,
-  FinePosition,  ///< a fix against a radar's plots, or radar against radar, with the biases of seconds ago
-  FineVelocity,
+  FinePosition,     ///< a fix against a radar's plots, or radar against radar, with the biases of seconds ago
+  Clock,            ///< on the same path, but at another time
   ImplausibleBias,  ///< what was learnt of its bias is far outside what was assumed
   CommonBias,       ///< the same term in all radars: it is the GPS's
   DifferingCopy,    ///< stations relay one fix differently
@@ -140,7 +140,7 @@ struct SourceIntegrity {
   Time onset{};               ///< it disagreed no later than this; 0: it does not
   double test_value = 0;      ///< of the test that speaks most against it, in units of its threshold
   std::uint64_t against = 0;  ///< bit i: it disagrees with sources[i] of the record
-  double apart_m = 0;         ///< how far from these; m/s where `why` is of a velocity
+  double apart_m = 0;         ///< how far from these; m/s where `why` is of a velocity, s where of a clock
   double agree_m = 0;         ///< how far these are from each other; 0: one alone, or not known
   Name by{};                  ///< "integrity", or the operator who ordered it; empty where nobody did
 

@@ -141,7 +141,8 @@ Accusation identify(std::span<const Edge> edges, std::span<const Character> char
   }
   const auto cost = [&](WitnessSet set) {
     return cost_of_new * std::popcount(set & ~named) + cost_of_named * std::popcount(set & named) +
-           cost_of_doubt * doubt_without(edges, set);
+           cost_of_doubt *
+               (doubt_without(edges, set) + total(set, 0, characters, [](const Character& c) { return c.acquittal; }));
   };
   double least = cost(covers.set[0]);
   for (std::size_t i = 1; i < covers.count; ++i) least = std::min(least, cost(covers.set[i]));

@@ -24,6 +24,8 @@ constexpr double velocity_span_s = 5;
 /// A receiver's velocity may be this late for its position.
 constexpr double velocity_lag_s = 0.3;
 constexpr double calm = 0.2;
+/// Times the threshold, of the first sample that can be judged.
+constexpr double far_off_pad = 4;
 
 bool paired(const std::vector<Witness>& all, int a, int b, int ground) {
   if (!all[static_cast<std::size_t>(a)].tells_position() && !all[static_cast<std::size_t>(b)].tells_position())
@@ -271,6 +273,8 @@ void Judge::judge_sample(int index, Sample sample, bool in_flight) {
   }
   if (pad_test_ && !in_flight) {
     const integrity::TestResult off = (*pad_test_)(witness, threshold_);
+    // Nothing speaks yet for one whose first word is far from the pad: what it would teach is not waited for.
+    if (!standing.pad.judged && off.ratio >= far_off_pad) standing.pad.guilty = true;
     standing.pad.judge(sample.epoch, off.ratio, off.apart_m);
   } else if (standing.pad.guilty) {
     standing.held_for = Finding::OffPad;

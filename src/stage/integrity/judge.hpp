@@ -44,7 +44,7 @@ struct Judgement {
   Time undone_from;       ///< what the source taught after is undone
   double test_value = 0;  ///< of the test that speaks most against it, in units of its threshold
   SourceSet against = 0;  ///< the sources that it disagrees with
-  double apart_m = 0;     ///< from them; m/s where `why` is about velocity
+  double apart_m = 0;     ///< from them; m/s where `why` is about velocity, s where about a clock
   double agree_m = 0;     ///< these agree among themselves within
   Name receiver;          ///< of a station: the receiver that is judged
   /// Said once: it is believed, but only from then on; what it taught in the minute before is undone.
@@ -179,6 +179,9 @@ class Judge {
   /// The largest about the onsets of its pairs that fail.
   template <class Fails>
   [[nodiscard]] double own_break_when(int witness, const Fails& fails) const;
+  /// What a third witness's clock says for it where its own and another's are apart.
+  template <class Fails>
+  [[nodiscard]] double clock_acquittal(int witness, const Fails& fails) const;
   [[nodiscard]] int distrust(int witness) const;
   [[nodiscard]] bool undecided_third(Time epoch, integrity::WitnessSet involved) const;
   void publish();

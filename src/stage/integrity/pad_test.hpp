@@ -13,7 +13,8 @@ class PadTest {
   explicit PadTest(const Site& pad);
 
   /// The mean of a receiver's last fixes, or a sensor's newest sample with its prior, against the pad. Nothing of a
-  /// witness that does not see something stand still, or has fewer than five samples.
+  /// witness that does not see something stand still, or has fewer than five samples; one of a receiver that tells
+  /// its velocity.
   [[nodiscard]] TestResult operator()(const Witness& witness, const Threshold& threshold) const;
 
  private:

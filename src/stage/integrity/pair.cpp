@@ -73,9 +73,15 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
     }
     if (fine.ratio > worst.ratio) worst = fine;
   }
+  const TestResult clocks = clock_test_(first, a, second, b, threshold);
+  if (clocks.ratio > worst.ratio) worst = clocks;
   if (!std::isfinite(worst.ratio)) return;
   const bool failed = fails_;
   judge(a.epoch, worst);
+  by_clock_ = clocks.ratio >= noticed;
+  // Clocks are told late: what they say now has been so since they jumped.
+  if (by_clock_ && !failed) onset_ = std::min(onset_, clock_test_.since());
+  if (by_clock_ && fails_ && !failed) forget(onset_, a.epoch);
   // What was sampled since a slow lie began is no measure: of it one that tells the truth again would differ.
   if (fails_ && !failed) renew_references(first, second, onset_);
   coarsely_ = coarse.ratio >= 1;
@@ -144,5 +150,26 @@ void Pair::forget(Time from, Time until) {
 }
 
 Duration Pair::agreement() const { return compared_ && passing_ > 0 ? *compared_ - agrees_since_ : Duration{0}; }
+
+double clock_acquittal(std::span<const Pair> pairs, const Pair& disagreement, int accused, int third) {
+  const std::optional<ClocksApart> apart = disagreement.clocks();
+  if (!apart) return 0;
+  // Fast by, if it is the one that is wrong.
+  const auto fast_s = [&](int witness) { return disagreement.second() == witness ? apart->by_s : -apart->by_s; };
+  // chi2 of what the third sees: this one wrong, less: this one right.
+  const auto chi2_of_wrong = [&](int witness) {
+    for (const Pair& p : pairs) {
+      const std::optional<ClocksApart> seen = p.clocks();
+      if (!p.has(witness) || !p.has(third) || !seen) continue;
+      const double seen_fast_s = p.second() == witness ? seen->by_s : -seen->by_s;
+      const double by_s = fast_s(witness);
+      return ((seen_fast_s - by_s) * (seen_fast_s - by_s) - seen_fast_s * seen_fast_s) /
+             (seen->sigma_s * seen->sigma_s + apart->sigma_s * apart->sigma_s);
+    }
+    return 0.0;
+  };
+  const double speaks = chi2_of_wrong(accused) - chi2_of_wrong(disagreement.other(accused));
+  return std::max(speaks, 0.0) / ClockTest::threshold();
+}
 
 }  // namespace downrange::integrity

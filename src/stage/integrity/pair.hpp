@@ -3,7 +3,9 @@
 
 #include <array>
 #include <optional>
+#include <span>
 
+#include "clock_test.hpp"
 #include "fine_test.hpp"
 
 namespace downrange::integrity {
@@ -30,6 +32,9 @@ class Pair {
   [[nodiscard]] bool doubtful() const { return fails_ || (exceeding_ >= 2 && value_ >= 1); }
   /// In the coarse test, that is: whatever the biases are within their priors.
   [[nodiscard]] bool coarsely() const { return coarsely_; }
+  /// By what a wrong clock explains.
+  [[nodiscard]] bool by_clock() const { return by_clock_; }
+  [[nodiscard]] std::optional<ClocksApart> clocks() const { return clock_test_.apart(); }
   /// How long they had been compared at `t`.
   [[nodiscard]] Duration known_for(Time t) const { return compared_ ? t - compared_first_ : Duration{0}; }
   /// Of the newest comparison, as a multiple of the threshold.
@@ -61,13 +66,15 @@ class Pair {
   int second_;
   std::array<std::optional<Reference>, ages> learnt_;  ///< with what GPS taught of the biases
   std::array<std::optional<Reference>, ages> prior_;   ///< without; not of two receivers
-  Time compared_first_;                                ///< where `compared_`
+  ClockTest clock_test_;
+  Time compared_first_;  ///< where `compared_`
   std::optional<Time> compared_;
   std::optional<Time> compared_before_;
   int exceeding_ = 0;  ///< in a row
   int passing_ = 0;    ///< likewise
   bool fails_ = false;
   bool coarsely_ = false;
+  bool by_clock_ = false;
   double value_ = 0;
   double value_before_ = 0;
   double apart_m_ = 0;
@@ -81,5 +88,9 @@ class Pair {
   Time agrees_since_;
   Time not_before_;  ///< what was sampled while they disagreed, or one of them lied, is no measure
 };
+
+/// Two clocks are apart, those of `accused` and of its partner in `disagreement`. How much better `third`, compared
+/// with either, fits the partner's clock being wrong than `accused`'s; in units of the threshold, 0: it does not.
+[[nodiscard]] double clock_acquittal(std::span<const Pair> pairs, const Pair& disagreement, int accused, int third);
 
 }  // namespace downrange::integrity

@@ -1,6 +1,7 @@
 /// Judge: from the tests to the verdicts.
 
 #include <algorithm>
+#include <cmath>
 
 #include "exclusions.hpp"
 #include "judge.hpp"
@@ -90,6 +91,20 @@ double Judge::own_break_when(int witness, const Fails& fails) const {
   return most;
 }
 
+template <class Fails>
+double Judge::clock_acquittal(int witness, const Fails& fails) const {
+  double most = 0;
+  for (const Pair& p : pairs_) {
+    if (!p.has(witness) || !p.by_clock() || !fails(p)) continue;
+    const int other = p.other(witness);
+    for (int third = 0; third < static_cast<int>(witnesses_.size()); ++third) {
+      if (third == witness || third == other || !standing_[static_cast<std::size_t>(third)].active) continue;
+      most = std::max(most, integrity::clock_acquittal(pairs_, p, witness, third));
+    }
+  }
+  return most;
+}
+
 int Judge::distrust(int witness) const {
   const integrity::Witness& w = witnesses_[static_cast<std::size_t>(witness)];
   for (std::size_t place = 0; place < settings_.trust.size(); ++place) {
@@ -127,6 +142,7 @@ Accusation Judge::accuse(Evidence evidence, const JudgedTick& tick, WitnessSet i
     c = {};
     if (!s.active) continue;
     c.own_break = own_break_when(w, fails);
+    c.acquittal = clock_acquittal(w, fails);
     if (evidence == Evidence::FailingAndCharacter) {
       c.impossible = integrity::impossible(witnesses_[static_cast<std::size_t>(w)]);
       if (tick.liftoff)
@@ -239,6 +255,8 @@ void Judge::describe(int witness) {
   SourceSet against = 0;
   double apart_m = 0;
   bool coarsely = false;
+  bool only_clocks = true;
+  double clocks_apart_s = 0;
   for (const Pair& p : pairs_) {
     if (!p.has(witness) || !p.compared() || !standing_[static_cast<std::size_t>(p.other(witness))].active) continue;
     j.test_value = std::max(j.test_value, p.value());
@@ -246,6 +264,8 @@ void Judge::describe(int witness) {
     against |= witnesses_[static_cast<std::size_t>(p.other(witness))].sources;
     apart_m = std::max(apart_m, p.apart_m());
     coarsely = coarsely || p.coarsely();
+    only_clocks = only_clocks && p.by_clock();
+    if (const auto clocks = p.clocks()) clocks_apart_s = std::max(clocks_apart_s, std::abs(clocks->by_s));
     onset = onset ? std::min(*onset, p.onset()) : p.onset();
   }
   const Finding alone = guilty_alone(witness);
@@ -253,8 +273,8 @@ void Judge::describe(int witness) {
   if (alone == Finding::None && against == 0 && !disputed && !s.repeats_since && !s.is_back)
     return;  // what was said of it before stands as long as its verdict does
   j.against = against;
-  j.apart_m = apart_m;
-  j.why = coarsely ? Finding::CoarsePosition : Finding::FinePosition;
+  j.apart_m = only_clocks ? clocks_apart_s : apart_m;
+  j.why = only_clocks ? Finding::Clock : coarsely ? Finding::CoarsePosition : Finding::FinePosition;
   j.agree_m = agreement_among(against);
   if (alone == Finding::None && against == 0 && !disputed) {
     j.why = Finding::Impossible;
