@@ -73,15 +73,21 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
     }
     if (fine.ratio > worst.ratio) worst = fine;
   }
-  const TestResult clocks = clock_test_(first, a, second, b, threshold);
-  if (clocks.ratio > worst.ratio) worst = clocks;
-  if (!std::isfinite(worst.ratio)) return;
   const bool failed = fails_;
+  // What disagrees at once is no question of clocks, and would only teach the wrong ones.
+  const bool steps = worst.ratio >= noticed;
+  if (failed ? by_clock_ : !steps) {
+    const TestResult clocks = clock_test_(first, a, second, b, threshold);
+    if (!failed) by_clock_ = clocks.ratio >= noticed;
+    if (clocks.ratio > worst.ratio) worst = clocks;
+  }
+  if (!std::isfinite(worst.ratio)) return;
   judge(a.epoch, worst);
-  by_clock_ = clocks.ratio >= noticed;
-  // Clocks are told late: what they say now has been so since they jumped.
-  if (by_clock_ && !failed) onset_ = std::min(onset_, clock_test_.since());
-  if (by_clock_ && fails_ && !failed) forget(onset_, a.epoch);
+  if (by_clock_ && !failed) {
+    // Clocks are told late: what they say now has been so since they jumped.
+    onset_ = std::min(onset_, clock_test_.since());
+    if (fails_) forget(onset_, a.epoch);
+  }
   // What was sampled since a slow lie began is no measure: of it one that tells the truth again would differ.
   if (fails_ && !failed) renew_references(first, second, onset_);
   coarsely_ = coarse.ratio >= 1;
