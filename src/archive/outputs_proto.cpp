@@ -340,6 +340,7 @@ void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   out.set_since_ns(in.since.ns);
   put(in.by, out.mutable_by());
   put(in.reason, out.mutable_reason());
+  put(in.acknowledged_by, out.mutable_acknowledged_by());
 }
 
 SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
@@ -375,6 +376,7 @@ SourceHealth from_proto(const record::SourceHealth& in, Defect& defect) {
   out.since = {in.since_ns()};
   out.by = name(in.by(), "by", defect);
   out.reason = name<Remark>(in.reason(), "reason", defect);
+  out.acknowledged_by = name(in.acknowledged_by(), "acknowledged_by", defect);
   return out;
 }
 

@@ -248,6 +248,7 @@ void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.since_ns(from.since.ns);
   to.by() = from.by.c_str();
   to.reason() = from.reason.c_str();
+  to.acknowledged_by() = from.acknowledged_by.c_str();
 }
 
 Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
@@ -283,6 +284,7 @@ Defect from_wire(const Wire<SourceHealth>& from, SourceHealth& to) {
   to.since.ns = from.since_ns();
   check.text("by", from.by().c_str(), to.by);
   check.text("reason", from.reason().c_str(), to.reason);
+  check.text("acknowledged_by", from.acknowledged_by().c_str(), to.acknowledged_by);
   return check.defect();
 }
 

@@ -119,7 +119,7 @@ void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 
 template <>
 struct WireOf<SourceHealth> {
-  using PubSubType = wire::SourceHealthV4PubSubType;
+  using PubSubType = wire::SourceHealthV5PubSubType;
 };
 void to_wire(const SourceHealth& from, Wire<SourceHealth>& to);
 /// Counts of reasons that this program does not know are left out.

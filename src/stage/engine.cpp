@@ -57,7 +57,12 @@ class Engine::Impl {
   }
 
   void operator()(const MissionEvent& event) { ingest_.note(event); }
-  void operator()(const OperatorCommand& command) { ingest_.note(command); }
+  void operator()(const OperatorCommand& command) {
+    const Time reset_before = bias_reset_at(command.subject);
+    ingest_.note(command);
+    if (methods_ && bias_reset_at(command.subject) != reset_before)
+      methods_->reset_bias(sources_.find(command.subject), command.received);
+  }
   // Recorded and replayed; no stage depends on them yet.
   void operator()(const AntennaReport&) {}
   void operator()(const PlatformState&) {}
@@ -110,6 +115,13 @@ class Engine::Impl {
   [[nodiscard]] Time last_tick() const { return last_tick_.value_or(Time{std::numeric_limits<std::int64_t>::min()}); }
 
  private:
+  /// When it was last ordered that a sensor's bias begin anew.
+  [[nodiscard]] Time bias_reset_at(const Name& sensor) const {
+    const SourceId source = sources_.find(sensor);
+    const StandingOrder* reset = source == no_source ? nullptr : ingest_.orders().bias_reset_of(source);
+    return reset == nullptr ? Time{} : reset->since;
+  }
+
   /// INGEST's result, and on to the next stage.
   void pass_on(const Observation& o) {
     sink_.emit(o);

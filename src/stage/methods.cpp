@@ -79,6 +79,7 @@ Methods::Methods(const RangeConfig& config, const JudgeMaker& make_judge)
       sources_(config),
       integrity_(config, settings_of(config), make_judge),
       newest_(config.targets.size()),
+      bias_reset_(sources_.size() * config.targets.size()),
       residuals_(sources_.size(), radar_models(config)) {
   const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
@@ -101,6 +102,7 @@ void Methods::process(const Observation& o, bool in_flight, bool noise_held) {
   m.measured = o.measured;
   m.in_flight = in_flight;
   m.noise_held = noise_held;
+  m.reset_bias = o.verdict == Reason::Accepted && is_first_after_reset(m);
   Time& newest = newest_[static_cast<std::size_t>(m.target)];
   if (o.verdict == Reason::Accepted && m.epoch >= newest) residuals_.note(source, m.target, o, primary());
   newest = std::max(newest, m.epoch);
@@ -109,6 +111,20 @@ void Methods::process(const Observation& o, bool in_flight, bool noise_held) {
     runner.accepted = runner.method ? first && runner.method->process(m, o.received).verdict == Verdict::Accepted
                                     : integrity_.process(o, m);
   }
+}
+
+void Methods::reset_bias(SourceId sensor, Time from) {
+  const std::size_t targets = config_.targets.size();
+  for (std::size_t target = 0; target < targets; ++target)
+    bias_reset_[static_cast<std::size_t>(sensor) * targets + target] = from;
+}
+
+bool Methods::is_first_after_reset(const Measurement& m) {
+  std::optional<Time>& ordered =
+      bias_reset_[static_cast<std::size_t>(m.source) * config_.targets.size() + static_cast<std::size_t>(m.target)];
+  if (!ordered || m.epoch < *ordered) return false;
+  ordered.reset();
+  return true;
 }
 
 void Methods::emit_biases(const Observation& o, ResultSink& sink) const {

@@ -36,6 +36,9 @@ class Methods {
   /// FUSE's results on the tick: every target and method, predicted to `tick`.
   void emit_trajectories_at(Time tick, ResultSink& sink) const;
 
+  /// An operator's order: the bias of a radar or tracker begins anew with what it measures from then on.
+  void reset_bias(SourceId sensor, Time from);
+
   /// INTEGRITY, with every tick before anything is asked for it: verdicts, selection, bound; with fuse.publish_chains
   /// the chains' trajectories.
   void judge(Time tick, const OperatorWill& will, ResultSink& sink);
@@ -67,6 +70,8 @@ class Methods {
     std::optional<double> bound_m{};
   };
 
+  /// Whether `m` is the first of its sensor and target since an order to begin its bias anew.
+  [[nodiscard]] bool is_first_after_reset(const Measurement& m);
   [[nodiscard]] Author author(const Runner& runner, int target) const;
   [[nodiscard]] std::optional<TrackEstimate> estimate(const Runner& runner, int target, std::optional<Time> at) const;
   void emit_trajectory(const Author& author, const TrackEstimate& estimate, const Name& target, Time received,
@@ -79,6 +84,7 @@ class Methods {
   std::vector<Runner> runners_;
   std::vector<Name> chain_methods_;  ///< what fuse.publish_chains calls the chains, the same for every target
   std::vector<Time> newest_;         ///< per target: measurement that the methods were given, used or not
+  std::vector<std::optional<Time>> bias_reset_;  ///< by source, then target: ordered, and not carried out yet
   Residuals residuals_;
 };
 

@@ -118,6 +118,7 @@ void SourceMonitor::report(Time tick, const Views& views, ResultSink& sink) {
     }
     qualify(tick, sources_[id], account, h);
     overrule(id, views.orders, h);
+    tell_acknowledged(views.orders != nullptr ? views.orders->acknowledgement_of(id) : nullptr, account, h);
     tell_since(views.orders != nullptr ? views.orders->of(id) : nullptr, verdict_on(id), account, h);
     sink.emit(h);
   }
@@ -204,6 +205,16 @@ void SourceMonitor::overrule(SourceId source, const Orders* orders, SourceHealth
     health.by = order->by;
   }
   health.qualified = health.why == Disqualification::None;
+}
+
+void SourceMonitor::tell_acknowledged(const StandingOrder* acknowledgement, Account& account, SourceHealth& health) {
+  const bool same =
+      health.why == account.why && health.suspect == account.suspect && health.mismatch == account.mismatch;
+  if (!same) account.alarm_since = health.time;
+  account.mismatch = health.mismatch;
+  const bool rings = !health.qualified || health.suspect || health.mismatch;
+  if (rings && acknowledgement != nullptr && acknowledgement->since >= account.alarm_since)
+    health.acknowledged_by = acknowledgement->by;
 }
 
 void SourceMonitor::tell_since(const StandingOrder* order, const Verdict& verdict, Account& account,

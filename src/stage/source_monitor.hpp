@@ -75,6 +75,8 @@ class SourceMonitor {
     bool suspect = false;
     Name by;
     Time since;
+    bool mismatch = false;
+    Time alarm_since;  ///< as it is now: not qualified for what `why` says, suspect, mismatch
   };
   /// What INTEGRITY says of one source of one target.
   struct Verdict {
@@ -90,6 +92,8 @@ class SourceMonitor {
   static void qualify(Time tick, const Source& source, const Account& account, SourceHealth& health);
   /// By integrity and operators; then since when it is so.
   void overrule(SourceId source, const Orders* orders, SourceHealth& health) const;
+  /// Who has seen the present alarm. Before tell_since, which forgets the last report.
+  static void tell_acknowledged(const StandingOrder* acknowledgement, Account& account, SourceHealth& health);
   static void tell_since(const StandingOrder* order, const Verdict& verdict, Account& account, SourceHealth& health);
   /// Where the verdicts on sources of a target begin; none: no such target.
   [[nodiscard]] std::optional<std::size_t> verdicts_of(const Name& target) const;

@@ -305,6 +305,7 @@ inline SourceHealth sample<SourceHealth>() {
   health.since = {4};
   health.by = "integrity";
   health.reason = "pointing steps since the gust at T+60";
+  health.acknowledged_by = "kim";
   return health;
 }
 

@@ -253,6 +253,34 @@ TEST_P(EveryMethod, TakesARadarThatAppearsLate) {
 }
 
 /// Plots of both radars and a fix with one epoch, in any order of arrival.
+/// An operator's order; what was learnt of the other radar stays.
+TEST_P(EveryMethod, ABiasThatIsOrderedToBeginAnewDoes) {
+  Flight f = draw_flight(3, 60, true);
+  const auto sigmas = [](const Method& method, int radar) {
+    const BiasEstimate bias = method.bias(radar);
+    return Eigen::VectorXd(bias.cov.diagonal().head(bias.terms).cwiseSqrt());
+  };
+  const auto method = make(f.settings);
+  const Eigen::VectorXd at_first = sigmas(*method, 0);
+  if (at_first.size() == 0) GTEST_SKIP() << "estimates no bias";
+  for (const Measurement& m : f.measurements) (void)method->process(m, m.epoch);
+  const Eigen::VectorXd learnt = sigmas(*method, 0);
+  const Eigen::VectorXd others = sigmas(*method, 1);
+  Measurement ordered =
+      *std::find_if(f.measurements.rbegin(), f.measurements.rend(), [](const Measurement& m) { return m.source == 0; });
+  ordered.epoch = f.measurements.back().epoch + milliseconds(1);
+  ordered.sequence += 1000;
+  ordered.reset_bias = true;
+  (void)method->process(ordered, ordered.epoch);
+  const Eigen::VectorXd after = sigmas(*method, 0);
+  // The best known term: that which a measurement alone does not teach at once.
+  Eigen::Index best = 0;
+  (learnt.array() / at_first.array()).minCoeff(&best);
+  EXPECT_LT(learnt[best], 0.3 * at_first[best]);
+  EXPECT_GT(after[best], 1.5 * learnt[best]) << "of " << at_first[best];
+  EXPECT_LT((sigmas(*method, 1) - others).cwiseQuotient(others).maxCoeff(), 0.5) << "the other radar's";
+}
+
 TEST_P(EveryMethod, SimultaneousMeasurementsCommute) {
   Flight f = draw_flight(9, 10, true);
   for (Measurement& m : f.measurements)

@@ -1,6 +1,8 @@
 /// What operators may order, what of it is in force, and that ingest obeys.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "../support/small_range.hpp"
 #include "stage/ingest.hpp"
 #include "stage/orders.hpp"
@@ -77,6 +79,33 @@ TEST(Orders, ATargetIsHeldOnAChainUntilReleased) {
   EXPECT_EQ(orders.hold_of(0), nullptr);
 }
 
+TEST(Orders, AnAntennaIsPinnedTrimmedAndStoppedUntilReleased) {
+  Orders orders(small_range());
+  constexpr int antenna = 0;
+  const auto stands = [](const StandingOrder& order) { return order.order != OperatorOrder::Release; };
+  orders.note(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "only-goheung"));
+  orders.note(order(OperatorOrder::PinAntennaTarget, "goheung-tm", 2, "kslv"));
+  OperatorCommand trim = order(OperatorOrder::TrimAntenna, "goheung-tm", 3);
+  trim.azimuth_trim_rad = 0.5 * test::deg;
+  trim.elevation_trim_rad = -5 * test::deg;
+  orders.note(trim);
+  EXPECT_FALSE(stands(orders.of_antenna(antenna).stop));
+  orders.note(order(OperatorOrder::StopAntenna, "goheung-tm", 4));
+  const AntennaOrders of = orders.of_antenna(antenna);
+  EXPECT_EQ(of.source.argument, Name("only-goheung"));
+  EXPECT_EQ(of.target.argument, Name("kslv"));
+  EXPECT_EQ(of.trim.azimuth_trim_rad, 0.5 * test::deg);
+  EXPECT_EQ(of.trim.elevation_trim_rad, -5 * test::deg);
+  EXPECT_EQ(of.stop.by, Name("kim"));
+  orders.note(order(OperatorOrder::Release, "goheung-tm", 3.5));
+  EXPECT_TRUE(stands(orders.of_antenna(antenna).stop)) << "given before the stop";
+  EXPECT_FALSE(stands(orders.of_antenna(antenna).trim)) << "after the trim";
+  orders.note(order(OperatorOrder::Release, "goheung-tm", 5));
+  for (const StandingOrder& each : {orders.of_antenna(antenna).source, orders.of_antenna(antenna).target,
+                                    orders.of_antenna(antenna).trim, orders.of_antenna(antenna).stop})
+    EXPECT_FALSE(stands(each));
+}
+
 TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
   const Orders orders(small_range());
   const auto refused = [&](OperatorCommand command) { return orders.refusal(command); };
@@ -85,9 +114,23 @@ TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
             "no source is named 'gohung': there are goheung, jeju, goheung-tgs, jeju-tgs");
   EXPECT_EQ(refused(order(OperatorOrder::HoldChain, "goheung", 1, "all")),
             "no target is named 'goheung': there are kslv");
-  EXPECT_EQ(refused(order(OperatorOrder::Release, "nobody", 1)), "neither a source nor a target is named 'nobody'");
-  EXPECT_EQ(refused(order(OperatorOrder::TrimAntenna, "goheung-tm", 1)),
-            "this version does not carry out such an order");
+  EXPECT_EQ(refused(order(OperatorOrder::Release, "nobody", 1)),
+            "neither a source, a target nor an antenna is named 'nobody'");
+  EXPECT_EQ(refused(order(OperatorOrder::ResetBias, "goheung-tgs", 1)),
+            "'goheung-tgs' relays a receiver: no bias of it is estimated");
+  EXPECT_EQ(refused(order(OperatorOrder::StopAntenna, "goheung", 1)),
+            "no antenna is named 'goheung': there are goheung-tm, jeju-tm");
+  EXPECT_EQ(refused(order(OperatorOrder::PinAntennaTarget, "goheung-tm", 1, "spent-stage")),
+            "no target is named 'spent-stage': there are kslv");
+  EXPECT_NE(refused(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "nobody")).find("is no chain"),
+            std::string::npos);
+  for (const double trim_deg : {5.1, -6.0, std::numeric_limits<double>::quiet_NaN()}) {
+    for (const bool elevation : {false, true}) {
+      OperatorCommand trim = order(OperatorOrder::TrimAntenna, "goheung-tm", 1);
+      (elevation ? trim.elevation_trim_rad : trim.azimuth_trim_rad) = trim_deg * test::deg;
+      EXPECT_EQ(refused(trim), "a trim is at most 5 deg either way") << trim_deg;
+    }
+  }
   OperatorCommand command = order(OperatorOrder::Inhibit, "goheung", 1);
   command.operator_id = {};
   EXPECT_EQ(refused(command), "it does not say who orders");

@@ -341,6 +341,34 @@ TEST(SourceMonitor, AnOperatorsOrderIsToldWithNameReasonAndTime) {
   EXPECT_EQ(released.since, liftoff + seconds(4));
 }
 
+TEST(SourceMonitor, AnAlarmThatWasSeenSaysByWhomUntilItEndsOrAnotherRings) {
+  SourceMonitor monitor(small_range());
+  Orders orders(small_range());
+  Integrity record;
+  record.target = "kslv";
+  record.sources = {{.sensor = "goheung", .verdict = IntegrityVerdict::Suspect}};
+  const auto at = [&](double t) {
+    monitor.count(plot(t - 0.25));
+    return health_under(monitor, orders, t);
+  };
+  orders.note(order(OperatorOrder::AcknowledgeAlarm, 0.5));
+  EXPECT_TRUE(at(1).acknowledged_by.empty()) << "nothing rings";
+  monitor.note(record);
+  EXPECT_TRUE(at(2).acknowledged_by.empty()) << "seen before it rang";
+  orders.note(order(OperatorOrder::AcknowledgeAlarm, 2.5));
+  EXPECT_EQ(at(3).acknowledged_by, Name("kim"));
+  EXPECT_EQ(at(4).acknowledged_by, Name("kim"));
+  record.sources[0].verdict = IntegrityVerdict::Excluded;
+  monitor.note(record);
+  EXPECT_TRUE(at(5).acknowledged_by.empty()) << "another one";
+  record.sources[0].verdict = IntegrityVerdict::Agrees;
+  monitor.note(record);
+  EXPECT_TRUE(at(6).acknowledged_by.empty());
+  record.sources[0].verdict = IntegrityVerdict::Suspect;
+  monitor.note(record);
+  EXPECT_TRUE(at(7).acknowledged_by.empty()) << "it rings anew";
+}
+
 TEST(SourceMonitor, TheWorstThatIntegritySaysOfAnyTarget) {
   RangeConfig range = small_range();
   range.targets.push_back({"booster"});

@@ -138,15 +138,15 @@ struct PlatformState {
 /// What an operator may order. Order is the wire's: append only.
 enum class OperatorOrder : std::uint8_t {
   Inhibit,           ///< a source: not used
-  Release,           ///< a source: as without any order
+  Release,           ///< a source, a target's chain, an antenna: as without any order
   Force,             ///< a source: nobody may exclude it
-  ResetBias,         ///< of a source
+  ResetBias,         ///< of a sensor on the ground: begins anew with its prior
   HoldChain,         ///< a target stays on a chain
-  PinAntennaSource,  ///< an antenna follows one source
+  PinAntennaSource,  ///< an antenna follows a chain, whatever its target's others follow
   PinAntennaTarget,
-  TrimAntenna,
-  StopAntenna,
-  AcknowledgeAlarm,
+  TrimAntenna,       ///< added to an antenna's commands
+  StopAntenna,       ///< no commands for an antenna
+  AcknowledgeAlarm,  ///< of a source, as long as it lasts
 };
 
 /// An operator's order, with name and reason.

@@ -208,6 +208,7 @@ struct SourceHealth {
   Time since;            ///< it is so since: qualified, suspect, or not qualified for what `why` says
   Name by;               ///< who says so: "integrity" or an operator; empty: the account itself
   Remark reason;         ///< the operator's
+  Name acknowledged_by;  ///< who has seen that it is not qualified, suspect or mismatched; empty: nobody
 
   bool operator==(const SourceHealth&) const = default;
 };

@@ -69,13 +69,18 @@ std::string since_and_by(const SourceHealth& h, std::optional<Time> liftoff) {
   return text;
 }
 
+/// ", seen by kim": an alarm that was acknowledged.
+std::string seen_by(const SourceHealth& h) {
+  return h.acknowledged_by.empty() ? "" : ", seen by " + std::string(h.acknowledged_by.view());
+}
+
 /// "qualified", "SUSPECT since T+241.3 by integrity", or "NOT qualified: silent since T+230.0".
 std::string qualification(const SourceHealth& h, std::optional<Time> liftoff) {
-  if (h.qualified && h.suspect) return "SUSPECT" + since_and_by(h, liftoff);
+  if (h.qualified && h.suspect) return "SUSPECT" + since_and_by(h, liftoff) + seen_by(h);
   if (h.qualified && h.forced) return "qualified, FORCED" + since_and_by(h, liftoff);
   if (h.qualified) return "qualified";
   const std::string_view why = why_not_qualified(h);
-  return "NOT qualified" + (why.empty() ? "" : ": " + std::string(why)) + since_and_by(h, liftoff);
+  return "NOT qualified" + (why.empty() ? "" : ": " + std::string(why)) + since_and_by(h, liftoff) + seen_by(h);
 }
 
 /// "  off 12.5 m of 11.5, 0.010 deg of 0.012": what was seen, and what was to be expected.

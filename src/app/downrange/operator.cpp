@@ -4,6 +4,7 @@
 #include <cmath>
 #include <downrange/stage/catalogue.hpp>
 #include <iostream>
+#include <numbers>
 #include <thread>
 
 #include "app/machine_clock.hpp"
@@ -21,13 +22,16 @@ constexpr milliseconds discovery_time{5000};
 /// After the first node was met: for the others.
 constexpr milliseconds settling_time{700};
 constexpr milliseconds answer_time{5000};
+constexpr double deg = std::numbers::pi / 180;
 
 struct Options {
   DdsOptions dds;
   std::string who;
   std::string reason;
   std::string subject;
-  std::string chain;
+  std::string argument;
+  double azimuth_trim_deg = 0;
+  double elevation_trim_deg = 0;
   std::string mission;
   std::string label;
   std::string at = "now";
@@ -105,7 +109,9 @@ int order(const Options& o, OperatorOrder what) {
   command.operator_id = text_of("--as", o.who);
   command.order = what;
   command.subject = text_of("SUBJECT", o.subject);
-  if (!o.chain.empty()) command.argument = text_of("CHAIN", o.chain);
+  if (!o.argument.empty()) command.argument = text_of("CHAIN or TARGET", o.argument);
+  command.azimuth_trim_rad = o.azimuth_trim_deg * deg;
+  command.elevation_trim_rad = o.elevation_trim_deg * deg;
   command.reason = text_of<Remark>("--reason", o.reason);
   command.epoch = utc_now();
   return send(load_live(o), command, command.epoch);
@@ -131,20 +137,51 @@ CLI::App* add(CLI::App& to, const Parsed& o, const char* name, const char* what)
   return command;
 }
 
-void add_order(CLI::App& to, Run& run, OperatorOrder what, const char* name, const char* help, bool chain = false) {
+/// An order on `subject`; with a second argument, what is ordered of it.
+struct OrderCommand {
+  OperatorOrder order;
+  const char* name;
+  const char* help;
+  const char* subject;
+  const char* subject_help;
+  const char* argument = nullptr;
+  const char* argument_help = nullptr;
+};
+
+constexpr const char* chains = "all, without-SOURCE, only-SOURCE, only-radars or only-GPS: what its track is made of";
+
+constexpr OrderCommand order_commands[] = {
+    {OperatorOrder::Inhibit, "inhibit", "A source is not used, until it is released", "SOURCE", "Source"},
+    {OperatorOrder::Force, "force", "A source is used whatever integrity finds", "SOURCE", "Source"},
+    {OperatorOrder::Release, "release", "A source, a target's chain or an antenna as without any order", "SUBJECT",
+     "Source, target or antenna"},
+    {OperatorOrder::ResetBias, "reset-bias", "The bias of a radar or tracker begins anew, with its prior", "SENSOR",
+     "Radar or tracker"},
+    {OperatorOrder::AcknowledgeAlarm, "acknowledge", "An alarm of a source has been seen", "SOURCE", "Source"},
+    {OperatorOrder::HoldChain, "hold", "A target stays on a chain of sources, until it is released", "TARGET", "Target",
+     "CHAIN", chains},
+    {OperatorOrder::PinAntennaSource, "pin", "An antenna follows a chain of sources, until it is released", "ANTENNA",
+     "Antenna", "CHAIN", chains},
+    {OperatorOrder::PinAntennaTarget, "retarget", "An antenna follows another target, until it is released", "ANTENNA",
+     "Antenna", "TARGET", "Target"},
+    {OperatorOrder::TrimAntenna, "trim", "Added to an antenna's commands, until it is released", "ANTENNA", "Antenna"},
+    {OperatorOrder::StopAntenna, "stop", "No commands for an antenna, until it is released", "ANTENNA", "Antenna"},
+};
+
+void add_order(CLI::App& to, Run& run, const OrderCommand& what) {
   auto o = std::make_shared<Options>();
-  CLI::App* command = add(to, o, name, help);
-  command
-      ->add_option(chain ? "TARGET" : "SUBJECT", o->subject, chain ? "Target" : "Source; of release a target as well")
-      ->required();
-  if (chain)
-    command
-        ->add_option("CHAIN", o->chain,
-                     "all, without-SOURCE, only-SOURCE, only-radars or only-gps: what its track is made of")
-        ->required();
+  CLI::App* command = add(to, o, what.name, what.help);
+  command->add_option(what.subject, o->subject, what.subject_help)->required();
+  if (what.argument != nullptr) command->add_option(what.argument, o->argument, what.argument_help)->required();
+  if (what.order == OperatorOrder::TrimAntenna) {
+    command->add_option("--azimuth", o->azimuth_trim_deg, "Degrees of the azimuth axis, -5 to 5")
+        ->capture_default_str();
+    command->add_option("--elevation", o->elevation_trim_deg, "Degrees of the elevation axis, -5 to 5")
+        ->capture_default_str();
+  }
   command->add_option("--as", o->who, "Who orders it")->required();
   command->add_option("--reason", o->reason, "Why: goes into the log and the archive")->required();
-  command->callback([o, what, &run] { run = [o, what] { return order(*o, what); }; });
+  command->callback([o, what = what.order, &run] { run = [o, what] { return order(*o, what); }; });
 }
 
 void add_mark(CLI::App& to, Run& run, MissionEventKind kind, const char* name, const char* help, bool label = false) {
@@ -159,20 +196,17 @@ void add_mark(CLI::App& to, Run& run, MissionEventKind kind, const char* name, c
 }  // namespace
 
 void add_operator(CLI::App& app, Run& run) {
-  CLI::App* command = app.add_subcommand(
-      "operator",
-      "Order something of the running service: what it uses of which source, and what time the mission has");
+  CLI::App* command = app.add_subcommand("operator",
+                                         "Order something of the running service: what it uses of which source, what "
+                                         "antennas follow, what time the mission "
+                                         "has");
   command->require_subcommand(1);
   command->footer(
       "Every node that is heard answers: in force, or refused and why. Orders and marks are recorded and replayed "
       "like\n"
       "data; watch, the log and downrange/health say what is in force, since when and by whom.\n"
       "Exit code 0: in force at every node, 1: refused, or not answered by one.");
-  add_order(*command, run, OperatorOrder::Inhibit, "inhibit", "A source is not used, until it is released");
-  add_order(*command, run, OperatorOrder::Force, "force", "A source is used whatever integrity finds");
-  add_order(*command, run, OperatorOrder::Release, "release", "A source (or a target's chain) as without any order");
-  add_order(*command, run, OperatorOrder::HoldChain, "hold",
-            "A target stays on a chain of sources, until it is released", true);
+  for (const OrderCommand& what : order_commands) add_order(*command, run, what);
   CLI::App* mission = command->add_subcommand("mission", "The mission clock: topic range/mission");
   mission->require_subcommand(1);
   add_mark(*mission, run, MissionEventKind::PlannedLiftoff, "planned", "Planned lift-off; ends a hold");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <downrange/stage/catalogue.hpp>
+#include <numbers>
 #include <string_view>
 
 namespace downrange::app {
@@ -14,12 +15,16 @@ namespace {
 constexpr std::size_t newest_kept = 8;
 /// Far more than a flight has.
 constexpr std::size_t taken_kept = 256;
+constexpr double deg = std::numbers::pi / 180;
 
 std::string order_text(const OperatorCommand& command) {
   static constexpr std::array<std::string_view, 10> words{
       "inhibit",           "release", "force", "reset the bias of",       "hold", "pin the source of",
       "pin the target of", "trim",    "stop",  "acknowledge the alarm of"};
   std::string text = fmt::format("{} {}", words.at(static_cast<std::size_t>(command.order)), command.subject.view());
+  if (command.order == OperatorOrder::TrimAntenna)
+    text += fmt::format(" by {:.3f} deg in azimuth, {:.3f} in elevation", command.azimuth_trim_rad / deg,
+                        command.elevation_trim_rad / deg);
   if (!command.argument.empty()) text += fmt::format(" on {}", command.argument.view());
   return text;
 }
@@ -39,7 +44,8 @@ std::optional<std::string> Acknowledgements::note(const Event& event) {
     const std::string refusal = orders_.refusal(*command);
     orders_.note(*command);
     acknowledge(input_index<OperatorCommand>, command->operator_id, command->sequence, refusal);
-    if (refusal.empty()) keep(event);
+    // An engine that begins anew has learnt no bias that could be forgotten.
+    if (refusal.empty() && command->order != OperatorOrder::ResetBias) keep(event);
     return fmt::format("operator {}: {}{} ({})", command->operator_id.view(), order_text(*command),
                        refusal.empty() ? "" : " REFUSED: " + refusal, command->reason.view());
   }

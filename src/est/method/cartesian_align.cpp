@@ -155,6 +155,7 @@ TimedPosition CartesianAlign::compensated(State& state, const Measurement& m) co
   const Vec<3> z_sez = R_sez_enu * converted.z.m;
   const Mat<3, 3> R_sez = R_sez_enu * converted.R * R_sez_enu.transpose();
 
+  if (m.reset_bias) forget(bias);
   if (correct_) align(state, m, z_sez, R_sez);
   bias.epoch = m.epoch;
 

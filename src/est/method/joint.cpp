@@ -120,6 +120,7 @@ Outcome Joint::apply(State& s, const Measurement& m) const {
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     advance(t, m.epoch);
+    if (m.reset_bias) open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
     plot_waits = !gps && waits_for_velocity(t, m);
     if (!plot_waits) outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
     const bool contradicted = gps && t.without_gps;  // and arbitrated already

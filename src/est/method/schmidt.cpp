@@ -176,6 +176,7 @@ Outcome Schmidt::apply(State& s, const Measurement& m) const {
   Target& t = s.targets[static_cast<std::size_t>(m.target)];
   if (!t.has_state) size_state(t, m.epoch, settings_.gps.no_gps.enabled);
   advance(t, m.epoch);
+  if (m.reset_bias) open_bias(t.bank, layout(t).radars[static_cast<std::size_t>(m.source)]);
   const Outcome outcome = is_fix(m) ? apply_fix(s, m) : apply_plot(s, m);
   count(s.accounts[static_cast<std::size_t>(m.source)], outcome);
   return outcome;

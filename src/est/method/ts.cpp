@@ -184,6 +184,7 @@ Outcome Ts<N>::apply(State& s, const Measurement& m) const {
     if (gps) (void)is_frozen(t.last_fix, m, {});
   } else {
     predict(t, m.epoch);
+    if (m.reset_bias) loosen_priors(s, std::uint64_t{1} << m.source, 1);
     outcome = gps ? apply_fix(s, m) : apply_plot(s, m);
     if (outcome.verdict != Verdict::Accepted) outcome = arbitrate(s, m, outcome);
   }

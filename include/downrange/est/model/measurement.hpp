@@ -19,6 +19,8 @@ struct Measurement {
   /// Nothing is learnt of the source's noise: INTEGRITY doubts it, or the vehicle stands on its pad, where errors stay
   /// alike for long.
   bool noise_held = false;
+  /// An operator's order that came before it: the sensor's bias begins anew, with its prior, before this one is used.
+  bool reset_bias = false;
 };
 
 [[nodiscard]] inline bool is_fix(const Measurement& m) { return std::holds_alternative<Fix>(m.measured); }
