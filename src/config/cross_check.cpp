@@ -230,6 +230,19 @@ void check_node(const ServiceConfig& config, const Checker& check) {
   }
 }
 
+/// A rotator turns one antenna.
+void check_rotators(const ServiceConfig& config, const Checker& check) {
+  std::map<std::pair<std::string, int>, std::string> users;
+  for (const RotctlConfig& rotctl : config.rotctl) {
+    const auto antenna = std::ranges::find(config.range.antennas, rotctl.antenna, &AntennaConfig::id);
+    const auto index = static_cast<std::size_t>(antenna - config.range.antennas.begin());
+    const auto [first, fresh] = users.try_emplace({rotctl.host, rotctl.port}, entry("antenna", index, "rotctl"));
+    check.require(
+        fresh, entry("antenna", index, "rotctl.port"),
+        "found " + std::to_string(rotctl.port) + " of \"" + rotctl.host + "\", already used by " + first->second);
+  }
+}
+
 }  // namespace
 
 void cross_check(const ServiceConfig& config, const toml::table& root, const Report& report) {
@@ -238,6 +251,7 @@ void cross_check(const ServiceConfig& config, const toml::table& root, const Rep
   check_instruments(config.range, check);
   check_times(config.range, check);
   check_methods(config.range, check);
+  check_rotators(config, check);
   check_node(config, check);
 }
 

@@ -329,7 +329,7 @@ std::vector<Problem> check(const std::filesystem::path& file) {
 std::string key_reference() {
   std::ostringstream reference;
   for (const Section& section : schema()) {
-    reference << (section.many ? "[[" + section.name + "]]" : '[' + section.name + ']') << "  " << section.help << '\n';
+    reference << heading(section) << "  " << section.help << '\n';
     for (std::size_t i = 0; i < section.keys.size(); ++i) {
       const KeyInfo& key = section.keys[i];
       reference << "  " << key.name << ": " << key.help << '\n'

@@ -23,10 +23,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row[b.size()];
 }
 
-std::string heading(const Section& section) {
-  return section.many ? "[[" + section.name + "]]" : '[' + section.name + ']';
-}
-
 void read_section(const Section& section, ServiceConfig& config, const toml::node& node, const Report& report) {
   const std::string wrong_kind = "found " + show_found(node) +
                                  ", allowed: " + (section.many ? "one or more tables headed " : "one table headed ") +
@@ -50,7 +46,22 @@ void read_section(const Section& section, ServiceConfig& config, const toml::nod
   }
 }
 
+/// What is wrong with the entries themselves is said where they are read.
+void read_within(const Section& section, ServiceConfig& config, const toml::table& root, const Report& report) {
+  const toml::node* node = root.get(section.within);
+  const toml::array* entries = node == nullptr ? nullptr : node->as_array();
+  for (std::size_t i = 0; entries != nullptr && i < entries->size(); ++i) {
+    if (const toml::table* entry = entries->get(i)->as_table())
+      section.read(config, *entry, section.within + '[' + std::to_string(i) + ']', report);
+  }
+}
+
 }  // namespace
+
+std::string heading(const Section& section) {
+  const bool list = section.many && section.within.empty();
+  return list ? "[[" + section.name + "]]" : '[' + section.name + ']';
+}
 
 std::string suggestion(const std::string& unknown, const std::vector<std::string>& known) {
   // The nearest name, if fewer than half of its letters would have to change.
@@ -72,6 +83,19 @@ void check_key_names(const std::vector<KeyInfo>& keys, const toml::table& table,
   std::vector<std::string> known;
   known.reserve(keys.size());
   for (const KeyInfo& key : keys) known.push_back(key.name);
+  // Tables of their own within this one.
+  const auto inner_name = [&](const Section& section) {
+    const bool here = !section.within.empty() && path.starts_with(section.within + '[');
+    return here ? section.name.substr(section.within.size() + 1) : std::string();
+  };
+  for (const Section& section : schema()) {
+    const std::string name = inner_name(section);
+    if (name.empty()) continue;
+    known.push_back(name);
+    const toml::node* node = table.get(name);
+    if (node != nullptr && !node->is_table())
+      report(node, path + '.' + name, "found " + show_found(*node) + ", allowed: one table headed " + heading(section));
+  }
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     if (std::ranges::find(known, name) == known.end()) {
@@ -87,7 +111,8 @@ void check_key_names(const std::vector<KeyInfo>& keys, const toml::table& table,
 
 void read_tables(ServiceConfig& config, const toml::table& root, const Report& report) {
   std::vector<std::string> known;
-  for (const Section& section : schema()) known.push_back(section.name);
+  for (const Section& section : schema())
+    if (section.within.empty()) known.push_back(section.name);
   for (const auto& [key, node] : root) {
     const std::string name(key.str());
     if (std::ranges::find(known, name) == known.end()) {
@@ -97,6 +122,10 @@ void read_tables(ServiceConfig& config, const toml::table& root, const Report& r
     }
   }
   for (const Section& section : schema()) {
+    if (!section.within.empty()) {
+      read_within(section, config, root, report);
+      continue;
+    }
     const toml::node* node = root.get(section.name);
     if (node != nullptr) read_section(section, config, *node, report);
     const bool keys_required = std::ranges::any_of(section.keys, [](const KeyInfo& k) { return k.need == required; });

@@ -26,6 +26,7 @@ struct Section {
   std::string name;
   bool many = false;      ///< [[name]] instead of [name]
   int at_least = 0;       ///< entries of an array of tables
+  std::string within;     ///< [within.x] of an entry of the array of tables `within`; it is given that entry's table
   bool optional = false;  ///< the file may leave out the table, whatever keys it requires
   std::string help;
   std::vector<KeyInfo> keys;
@@ -38,6 +39,9 @@ struct Section {
 };
 
 [[nodiscard]] const std::vector<Section>& schema();
+
+/// As the file has it: [name] or [[name]].
+[[nodiscard]] std::string heading(const Section& section);
 
 /// Reads the whole file's tables by the schema.
 void read_tables(ServiceConfig& config, const toml::table& root, const Report& report);

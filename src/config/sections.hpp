@@ -15,6 +15,9 @@ namespace downrange::config {
 [[nodiscard]] Section gps_section();
 [[nodiscard]] Section pad_section();
 
+// rotctl_section.cpp: an antenna that is reached through a rotator daemon.
+[[nodiscard]] Section rotctl_section();
+
 // processing_sections.cpp: what the stages do with the data.
 [[nodiscard]] Section ingest_section();
 [[nodiscard]] Section align_section();

@@ -51,8 +51,19 @@ struct LogConfig {
   std::filesystem::path file;       ///< absolute; empty: none
 };
 
+/// How the rotator daemon of one antenna is reached (`downrange rotctl`). Beside the range: the engine knows nothing of
+/// it.
+struct RotctlConfig {
+  Name antenna;  ///< that the table belongs to
+  std::string host = "127.0.0.1";
+  int port = 4533;
+  double rate_hz = 5;                     ///< positions a second, as many as the rotator takes
+  Duration timeout = milliseconds(2000);  ///< an answer later than this: the connection is given up
+};
+
 struct ServiceConfig {
   RangeConfig range;
+  std::vector<RotctlConfig> rotctl;  ///< of the antennas that have one
   ClockConfig clock;
   NodeConfig node;
   DdsConfig dds;

@@ -3,3 +3,4 @@ downrange_test(unit_config_calibration ${CMAKE_CURRENT_LIST_DIR}/config_calibrat
 downrange_test(unit_config_warnings ${CMAKE_CURRENT_LIST_DIR}/config_warnings_test.cpp LIBS downrange_config)
 downrange_test(unit_config_bad ${CMAKE_CURRENT_LIST_DIR}/config_bad_test.cpp LIBS downrange_config)
 downrange_test(unit_config_nominal ${CMAKE_CURRENT_LIST_DIR}/config_nominal_test.cpp LIBS downrange_config)
+downrange_test(unit_config_rotctl ${CMAKE_CURRENT_LIST_DIR}/config_rotctl_test.cpp LIBS downrange_config)
