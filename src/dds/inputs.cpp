@@ -1,6 +1,7 @@
 #include "dds/inputs.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -131,5 +132,29 @@ bool InputWriters::wait_for_matched(int readers, std::chrono::milliseconds timeo
 bool InputWriters::wait_for_reader(std::size_t topic, std::chrono::milliseconds timeout) const {
   return wait_until(timeout, [&] { return impl_->readers(topic).count() > 0; });
 }
+
+class AntennaReportWriter::Impl {
+ public:
+  explicit Impl(Participant& participant) : writer_(participant, topic_of<AntennaReport>, tally) {}
+
+  [[nodiscard]] bool write(const AntennaReport& report) {
+    const std::scoped_lock lock(mutex_);
+    to_wire(report, sample_);
+    return writer_.write(sample_);
+  }
+
+  Tally<WriteCounts> tally;
+
+ private:
+  std::mutex mutex_;
+  TopicWriter<PubSubTypeOf<AntennaReport>> writer_;
+  Wire<AntennaReport> sample_;
+};
+
+AntennaReportWriter::AntennaReportWriter(Participant& participant) : impl_(std::make_unique<Impl>(participant)) {}
+AntennaReportWriter::~AntennaReportWriter() = default;
+
+bool AntennaReportWriter::write(const AntennaReport& report) { return impl_->write(report); }
+WriteCounts AntennaReportWriter::counts() const { return impl_->tally.get(); }
 
 }  // namespace downrange::dds

@@ -77,4 +77,21 @@ class InputWriters {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Writes range/antenna and nothing else, as an antenna's control unit does. From any thread.
+class AntennaReportWriter {
+ public:
+  explicit AntennaReportWriter(Participant& participant);
+  ~AntennaReportWriter();
+  AntennaReportWriter(const AntennaReportWriter&) = delete;
+  AntennaReportWriter& operator=(const AntennaReportWriter&) = delete;
+
+  /// False, and counted, where DDS refused the sample.
+  [[nodiscard]] bool write(const AntennaReport& report);
+  [[nodiscard]] WriteCounts counts() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 }  // namespace downrange::dds

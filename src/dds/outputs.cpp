@@ -107,9 +107,10 @@ class OutputReaders::Impl {
     const EndpointOptions options{0, selection.lossless};
     Outputs::for_each([&]<class Record>() {
       const bool own = MessageInfo<Record>::delivery == Delivery::Owned;
+      const bool is_command = std::is_same_v<Record, SlavingCommand>;
       const bool wanted = std::is_same_v<Record, Observation> ? selection.observations
-                          : own                               ? selection.results
-                                                              : selection.health;
+                          : own ? selection.results && (is_command || !selection.commands_only)
+                                : selection.health;
       if (wanted) open<Record>(participant, options);
     });
     if (selection.status) {

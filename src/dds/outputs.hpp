@@ -61,7 +61,8 @@ class OutputWriters final : public ResultSink {
 
 struct OutputSelection {
   bool observations = false;
-  bool results = true;  ///< what nodes own: bias, trajectory, integrity, slaving
+  bool results = true;         ///< what nodes own: bias, trajectory, integrity, slaving
+  bool commands_only = false;  ///< of these slaving alone: what an antenna needs
   bool health = true;
   bool status = true;
   /// On the range clock: receive every sample, and hold the flight back rather than lose one. False for screens.
