@@ -57,17 +57,23 @@ profiles=$prefix/share/downrange/config/dds-qos.xml
 pids+=($!)
 "$work/examples/radar_sender" $domain goheung kslv "$profiles" 12 >"$work/radar.log" 2>&1 &
 pids+=($!)
-"$work/examples/antenna_fastdds" $domain goheung-tm "$profiles" 18 >"$work/antenna_fastdds.log" 2>&1 &
+"$work/examples/antenna_client" $domain goheung-tm "$profiles" 18 >"$work/antenna_client.log" 2>&1 &
 pids+=($!)
-"$work/examples/antenna_cyclonedds" $domain goheung-tm 18 >"$work/antenna_cyclonedds.log" 2>&1 &
+"$work/examples/antenna_client_cyclonedds" $domain jeju-tm 18 >"$work/antenna_client_cyclonedds.log" 2>&1 &
 pids+=($!)
+# No-go, for the other sources are silent; what it says of the antennas is wanted.
+"$prefix/bin/downrange" preflight "$prefix/share/downrange/config/naro.toml" --domain $domain --seconds 9 >"$work/preflight.log" 2>&1 || true
 for pid in "${pids[@]:1}"; do
   wait "$pid" || { tail -n 5 "$work"/{service,radar,antenna_*}.log && echo "FAILED: a program of tools/examples ended with an error" && exit 1; }
 done
 kill -TERM "${pids[0]}" && wait "${pids[0]}"
 pids=()
-for client in antenna_fastdds antenna_cyclonedds; do
+for client in antenna_client antenna_client_cyclonedds; do
   expect '^azimuth +[0-9.]+ deg, elevation +[0-9.]+ deg' "$work/$client.log"
   expect '^no valid command: standing still' "$work/$client.log" # the radar ends first
+done
+# Both report where they point, and which command they follow: a servo that lags by 50 ms, led by as much, is on target.
+for antenna in goheung-tm jeju-tm; do
+  expect "^GO +$antenna +slaved +0\\.0[0-4][0-9] deg off its commands +loop +0\\.[0-9]+ s" "$work/preflight.log"
 done
 echo "all examples run"

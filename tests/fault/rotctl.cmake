@@ -1,0 +1,1 @@
+downrange_test(rotctl_fault_test ${CMAKE_CURRENT_LIST_DIR}/rotctl_fault_test.cpp LIBS downrange_rotctl downrange_stage)

@@ -1,0 +1,1 @@
+downrange_test(unit_example_steering ${CMAKE_CURRENT_LIST_DIR}/example_steering_test.cpp LIBS downrange_hardening)
