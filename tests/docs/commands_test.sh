@@ -82,6 +82,8 @@ run "downrange operator mission planned --at +600 --config my-range.toml"
 run "downrange operator inhibit goheung --as kim --reason \"spent stage in the beam\" --config my-range.toml"
 run "downrange operator release goheung --as kim --reason \"beam is clear\" --config my-range.toml"
 stops
+by interop_rotctl_test "downrange rotctl my-range.toml"
+by interop_rotctl_test "downrange rotctld my-range.toml goheung-tm"
 run "downrange import my-mapping.toml --out flight.mcap"
 run "downrange replay flight.mcap --config my-range.toml --out flown.mcap"
 run "downrange report flown.mcap"
@@ -137,7 +139,7 @@ by install_examples_test "cmake --build build/examples"
 by install_examples_test "build/examples/fly_csv tools/examples/flight"
 by install_examples_test "downranged --config config/naro.toml --set 'fuse.methods=[\"alpha-beta\"]'"
 by install_examples_test "build/examples/radar_sender 0 goheung kslv config/dds-qos.xml 60"
-by install_examples_test "build/examples/antenna_fastdds 0 goheung-tm config/dds-qos.xml 60"
+by install_examples_test "build/examples/antenna_client 0 goheung-tm config/dds-qos.xml 60"
 
 # ---- src/est
 by scenario_recorded_flights_test "downrange experiment flights --html flights.html"

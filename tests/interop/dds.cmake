@@ -46,3 +46,13 @@ if(CycloneDDS_FOUND AND IDLC)
 else()
   message(STATUS "Cyclone DDS not found: the test with another vendor's consumer is left out")
 endif()
+
+# With Hamlib's own programs, where they are installed.
+find_program(ROTCTLD rotctld)
+find_program(ROTCTL rotctl)
+if(ROTCTLD AND ROTCTL)
+  downrange_script_test(interop_rotctl_test rotctl_test.sh TIMEOUT 180 TARGETS downrange downranged
+                        ARGS $<TARGET_FILE_DIR:downrange> $<TARGET_FILE_DIR:downranged> ${PROJECT_SOURCE_DIR} 46)
+else()
+  message(STATUS "Hamlib's rotctld and rotctl not found: the test with them is left out")
+endif()

@@ -21,6 +21,8 @@ void add_import(CLI::App& app, Run& run);
 void add_watch(CLI::App& app, Run& run);
 void add_operator(CLI::App& app, Run& run);
 void add_preflight(CLI::App& app, Run& run);
+void add_rotctl(CLI::App& app, Run& run);
+void add_rotctld(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_diff(CLI::App& app, Run& run);
 void add_experiment(CLI::App& app, Run& run);

@@ -27,6 +27,8 @@ int main(int argc, char** argv) {
   add_watch(app, run);
   add_operator(app, run);
   add_preflight(app, run);
+  add_rotctl(app, run);
+  add_rotctld(app, run);
   add_report(app, run);
   add_diff(app, run);
   add_experiment(app, run);
