@@ -3,7 +3,7 @@
 ///
 /// A client asks with one line, the daemon answers in order: `P az el` and `S` with `RPRT 0`, or `RPRT -n` where it
 /// refuses; `p` with azimuth and elevation, a line each; `\dump_state` with what rotator it is and its travel.
-/// (Hamlib 4.5: tests/rotctl_parse.c, rotctld(1).)
+/// (The manual page rotctld(1) of Hamlib 4.5, and what that daemon answered.)
 
 #include <cstddef>
 #include <optional>

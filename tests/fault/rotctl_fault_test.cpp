@@ -259,6 +259,7 @@ class RotctlServer : public testing::Test {
 TEST_F(RotctlServer, SeveralClientsWhileCommandsHoldAndNoLonger) {
   Server server(settings(), quiet());
   std::vector<Peer> clients;
+  clients.reserve(10);
   for (int i = 0; i < 10; ++i) clients.push_back(connect(server));
   {
     const Feeder feeder(server);

@@ -97,7 +97,8 @@ TEST(Naro, NamesEveryKeyOfTheReference) {
     const std::size_t colon = line.find(':');
     if (!line.starts_with("  ") || line.starts_with("   ") || colon == std::string::npos) continue;
     const std::string key = line.substr(2, colon - 2);
-    const bool commented = text.find("\n# " + key + " = ") != std::string::npos;  // of tables that stand there as examples
+    const bool commented =
+        text.find("\n# " + key + " = ") != std::string::npos;  // of tables that stand there as examples
     EXPECT_TRUE(commented || text.find('\n' + key + " = ") != std::string::npos) << key;
     ++keys;
   }

@@ -83,8 +83,9 @@ TEST(CommandBook, BehindTheNewestSecondOrderToo) {
 
 TEST(CommandBook, GoesFromCommandToCommandWithoutAStep) {
   CommandBook book(ahead);
-  for (int i = 0; i < 20; ++i) {
-    SlavingCommand c = command(25 * i, 1 + 0.001 * (i % 3), 0.05 * (i % 2));  // noisy
+  for (std::int64_t i = 0; i < 20; ++i) {
+    SlavingCommand c =
+        command(25 * i, 1 + 0.001 * static_cast<double>(i % 3), 0.05 * static_cast<double>(i % 2));  // noisy
     c.azimuth_acceleration_rad_s2 = 0.1;
     c.acceleration_valid = i % 5 != 0;
     ASSERT_TRUE(book.take(c, at_ms(25 * i)));
