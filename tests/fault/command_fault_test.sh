@@ -102,6 +102,18 @@ expect 2 "--at" "$downrange" operator mission planned --config "$naro" --at 2026
 expect 1 "wall clock" "$downrange" operator mission liftoff --config "$naro" --clock range
 expect 2 "subcommand" "$downrange" operator
 
+# Antennas without DDS: what is wrong is said before anything is moved or told.
+sed -e '/^# \[antenna.rotctl\]/,/^# timeout_ms/ s/^# //' "$naro" > "$work/rotator.toml"
+expect 0 "valid" "$downrange" check "$work/rotator.toml"
+expect 2 "no antenna has a rotator" "$downrange" rotctl "$naro"
+expect 2 'antenna: "jeju-tm" has no rotator' "$downrange" rotctl "$work/rotator.toml" --antenna jeju-tm
+expect 2 "'nonesuch': allowed is the id of an [[antenna]]" "$downrange" rotctl "$work/rotator.toml" --antenna nonesuch
+expect 2 "clock.mode: found" "$downrange" rotctl "$work/rotator.toml" --clock range
+expect 2 "'nonesuch': allowed is the id of an [[antenna]]" "$downrange" rotctld "$naro" nonesuch
+expect 2 "--port" "$downrange" rotctld "$naro" goheung-tm --port 70000
+expect 1 "192.0.2.1:4533: cannot be listened on" "$downrange" rotctld "$naro" goheung-tm --listen 192.0.2.1
+expect 2 "clock.mode: found" "$downrange" rotctld "$naro" goheung-tm --clock range
+
 head -c 30000 "$work/good.mcap" > "$work/cut.mcap"
 expect 3 "cut off at byte" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true
 expect 3 "events over" "$downrange" replay "$work/cut.mcap" --config "$naro" --set ingest.expect_simulated=true

@@ -20,10 +20,14 @@ struct Options {
   rotctl::Endpoint endpoint{"127.0.0.1", 4533};
 };
 
-const AntennaConfig& antenna_of(const config::ServiceConfig& config, const Name& id) {
+config::ConfigError wrong(const config::ServiceConfig& config, const std::string& key, const std::string& message) {
+  return config::ConfigError({{config.file.string(), 0, key, message}});
+}
+
+const AntennaConfig& antenna_of(const config::ServiceConfig& config, std::string_view id) {
   for (const AntennaConfig& antenna : config.range.antennas)
-    if (antenna.id == id) return antenna;
-  throw CLI::ValidationError("'" + std::string(id.view()) + "': allowed is the id of an [[antenna]] of " +
+    if (antenna.id.view() == id) return antenna;
+  throw CLI::ValidationError("'" + std::string(id) + "': allowed is the id of an [[antenna]] of " +
                              config.file.string());
 }
 
@@ -34,7 +38,7 @@ rotctl::Travel travel_of(const AntennaConfig& antenna) {
 config::ServiceConfig load_live(const Options& o) {
   config::ServiceConfig config = o.dds.load();
   if (config.clock.mode != config::ClockMode::Wall)
-    throw std::runtime_error("a rotator turns in real time: on the wall clock, not on the range clock");
+    throw wrong(config, "clock.mode", "found \"range\", allowed: \"wall\", for a rotator turns in real time");
   return config;
 }
 
@@ -64,22 +68,23 @@ void wait_for_stop(const StopSignal& stop, const dds::Participant& participant) 
 
 std::vector<config::RotctlConfig> chosen(const config::ServiceConfig& config, const std::string& antennas) {
   if (config.rotctl.empty())
-    throw std::runtime_error(config.file.string() +
-                             ": no antenna has a rotator: [antenna.rotctl] under its [[antenna]]");
+    throw wrong(config, "antenna", "no antenna has a rotator, required: [antenna.rotctl] under its [[antenna]]");
   if (antennas.empty()) return config.rotctl;
   std::vector<config::RotctlConfig> some;
   for (const Name& id : parse_names(antennas)) {
-    const auto rotator = std::ranges::find(config.rotctl, antenna_of(config, id).id, &config::RotctlConfig::antenna);
+    const auto rotator =
+        std::ranges::find(config.rotctl, antenna_of(config, id.view()).id, &config::RotctlConfig::antenna);
     if (rotator == config.rotctl.end())
-      throw std::runtime_error(config.file.string() + ": antenna '" + std::string(id.view()) +
-                               "' has no rotator: [antenna.rotctl] under its [[antenna]]");
+      throw wrong(
+          config, "antenna",
+          "\"" + std::string(id.view()) + "\" has no rotator, required: [antenna.rotctl] under its [[antenna]]");
     some.push_back(*rotator);
   }
   return some;
 }
 
 rotctl::LinkSettings settings_of(const config::ServiceConfig& config, const config::RotctlConfig& rotator) {
-  const AntennaConfig& antenna = antenna_of(config, rotator.antenna);
+  const AntennaConfig& antenna = antenna_of(config, rotator.antenna.view());
   return {.antenna = antenna.id,
           .travel = travel_of(antenna),
           .link_delay = antenna.link_delay,
@@ -119,8 +124,7 @@ int drive(const Options& o) {
 
 int serve(const Options& o) {
   const config::ServiceConfig config = load_live(o);
-  const std::vector<Name> ids = parse_names(o.antenna);
-  const AntennaConfig& antenna = antenna_of(config, ids.empty() ? Name() : ids.front());
+  const AntennaConfig& antenna = antenna_of(config, o.antenna);
   const StopSignal stop;
   rotctl::Server server({.endpoint = o.endpoint,
                          .travel = travel_of(antenna),
