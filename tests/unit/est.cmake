@@ -31,3 +31,4 @@ downrange_test(est_track_level_test ${CMAKE_CURRENT_LIST_DIR}/est_track_level_te
 downrange_test(est_quick_look_test ${CMAKE_CURRENT_LIST_DIR}/est_quick_look_test.cpp LIBS downrange_est)
 downrange_test(est_method_table_test ${CMAKE_CURRENT_LIST_DIR}/est_method_table_test.cpp LIBS downrange_stage)
 downrange_test(est_method_state_test ${CMAKE_CURRENT_LIST_DIR}/est_method_state_test.cpp LIBS downrange_est)
+downrange_test(est_impact_test ${CMAKE_CURRENT_LIST_DIR}/est_impact_test.cpp LIBS downrange_est)
