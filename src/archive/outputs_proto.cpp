@@ -308,6 +308,65 @@ SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   return out;
 }
 
+void to_proto(const ImpactPoint& in, record::ImpactPoint& out) {
+  out.Clear();  // keeps the memory of its fields
+  put(in.target, out.mutable_target());
+  put(in.chain, out.mutable_chain());
+  out.set_epoch_ns(in.epoch.ns);
+  out.set_received_ns(in.received.ns);
+  out.set_impact_valid(in.impact_valid);
+  out.set_latitude_rad(in.point.latitude_rad);
+  out.set_longitude_rad(in.point.longitude_rad);
+  out.set_height_m(in.point.height_m);
+  out.set_time_to_impact_s(in.time_to_impact_s);
+  put_first(in.covariance_m2, 3, out.mutable_covariance_m2());
+  out.set_data_age_s(in.data_age_s);
+  out.set_data_loss_timer_s(in.data_loss_timer_s);
+  out.set_data_loss_limit_s(in.data_loss_limit_s);
+  out.set_data_loss_limit_valid(in.data_loss_limit_valid);
+  for (const BoundaryDistance& boundary : in.boundaries) {
+    put(boundary.boundary, out.add_boundary());
+    out.add_distance_m(boundary.distance_m);
+    out.add_present_distance_m(boundary.present_distance_m);
+    out.add_time_s(boundary.time_s);
+    out.add_time_valid(boundary.time_valid);
+    out.add_probability_outside(boundary.probability_outside);
+  }
+}
+
+ImpactPoint from_proto(const record::ImpactPoint& in, Defect& defect) {
+  ImpactPoint out;
+  out.target = name(in.target(), "target", defect);
+  out.chain = name(in.chain(), "chain", defect);
+  out.epoch = {in.epoch_ns()};
+  out.received = {in.received_ns()};
+  out.impact_valid = in.impact_valid();
+  out.point = {in.latitude_rad(), in.longitude_rad(), in.height_m()};
+  out.time_to_impact_s = in.time_to_impact_s();
+  copy_array(in.covariance_m2(), 3, out.covariance_m2, "covariance_m2", defect);
+  out.data_age_s = in.data_age_s();
+  out.data_loss_timer_s = in.data_loss_timer_s();
+  out.data_loss_limit_s = in.data_loss_limit_s();
+  out.data_loss_limit_valid = in.data_loss_limit_valid();
+  const int boundaries = in.boundary_size();
+  for (const int size : {in.distance_m_size(), in.present_distance_m_size(), in.time_s_size(), in.time_valid_size(),
+                         in.probability_outside_size()}) {
+    if (size == boundaries) continue;
+    fault(defect, "boundary: " + std::to_string(boundaries) + " boundaries, of which another field has " +
+                      std::to_string(size));
+    return out;
+  }
+  for (int i = 0; i < boundaries; ++i) {
+    out.boundaries.push_back({.boundary = name(in.boundary(i), "boundary", defect),
+                              .distance_m = in.distance_m(i),
+                              .present_distance_m = in.present_distance_m(i),
+                              .time_s = in.time_s(i),
+                              .time_valid = in.time_valid(i),
+                              .probability_outside = in.probability_outside(i)});
+  }
+  return out;
+}
+
 void to_proto(const SourceHealth& in, record::SourceHealth& out) {
   put(in.sensor, out.mutable_sensor());
   put(in.target, out.mutable_target());

@@ -114,6 +114,13 @@ void to_proto(const SlavingCommand& in, record::SlavingCommand& out);
 [[nodiscard]] SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect);
 
 template <>
+struct ProtoOf<ImpactPoint> {
+  using Message = record::ImpactPoint;
+};
+void to_proto(const ImpactPoint& in, record::ImpactPoint& out);
+[[nodiscard]] ImpactPoint from_proto(const record::ImpactPoint& in, Defect& defect);
+
+template <>
 struct ProtoOf<SourceHealth> {
   using Message = record::SourceHealth;
 };

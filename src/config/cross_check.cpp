@@ -203,6 +203,20 @@ void check_methods(const RangeConfig& range, const Checker& check) {
   if (std::ranges::all_of(fuse.methods, is_known)) check_asked_for(range, known, check);
 }
 
+void check_boundaries(const RangeConfig& range, const Checker& check) {
+  check.require(
+      range.boundaries.size() <= max_boundaries, "boundary",
+      "found " + std::to_string(range.boundaries.size()) + ", allowed: at most " + std::to_string(max_boundaries));
+  Unique boundaries(check);
+  unique_ids(boundaries, range.boundaries, "boundary");
+  for (std::size_t i = 0; i < range.boundaries.size(); ++i) {
+    const std::string path = entry("boundary", i, "vertices_deg");
+    if (range.boundaries[i].vertices.empty()) continue;  // missing or not allowed: already reported
+    const std::string defect = GroundPolygon::defect_of(range.boundaries[i].vertices);
+    check.require(defect.empty(), path, "found " + defect + "; allowed: a simple polygon");
+  }
+}
+
 void check_node(const ServiceConfig& config, const Checker& check) {
   const StageSet& s = config.node.stages;
   check.require(
@@ -250,6 +264,7 @@ void cross_check(const ServiceConfig& config, const toml::table& root, const Rep
   check_identifiers(config.range, check);
   check_instruments(config.range, check);
   check_times(config.range, check);
+  check_boundaries(config.range, check);
   check_methods(config.range, check);
   check_rotators(config, check);
   check_node(config, check);

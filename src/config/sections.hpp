@@ -25,6 +25,10 @@ namespace downrange::config {
 [[nodiscard]] Section integrity_section();
 [[nodiscard]] Section slave_section();
 
+// impact_sections.cpp: the impact point, and what it is held against.
+[[nodiscard]] Section impact_section();
+[[nodiscard]] Section boundary_section();
+
 // service_sections.cpp: the node that they run in.
 [[nodiscard]] Section clock_section();
 [[nodiscard]] Section node_section();

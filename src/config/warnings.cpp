@@ -198,6 +198,10 @@ void warn_of_idle_keys(const RangeConfig& range, Idle& idle) {
     idle.add("integrity", {"rerun_per_tick", "trust", "copy_position_m", "copy_velocity_m_s", "readmit_after_s"},
              "enabled is false");
   if (range.fuse.publish_on_data) idle.add("fuse", {"coast_ms"}, "publish_on_data is true");
+  if (range.impact.enabled) return;
+  idle.add("impact", {"height_m", "horizon_s", "data_loss_s"}, "enabled is false");
+  for (std::size_t i = 0; i < range.boundaries.size(); ++i)
+    idle.add(entry("boundary", i, "vertices_deg"), "impact.enabled is false");
 }
 
 void warn_of_trust(const RangeConfig& range, const Checker& warn) {

@@ -216,6 +216,62 @@ Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to) {
   return check.defect();
 }
 
+void to_wire(const ImpactPoint& from, Wire<ImpactPoint>& to) {
+  to.target_id() = from.target.c_str();
+  to.chain() = from.chain.c_str();
+  to.epoch_ns(from.epoch.ns);
+  to.received_ns(from.received.ns);
+  to.impact_valid(from.impact_valid);
+  to.latitude_rad(from.point.latitude_rad);
+  to.longitude_rad(from.point.longitude_rad);
+  to.height_m(from.point.height_m);
+  to.time_to_impact_s(from.time_to_impact_s);
+  to.covariance_m2() = from.covariance_m2;
+  to.data_age_s(from.data_age_s);
+  to.data_loss_timer_s(from.data_loss_timer_s);
+  to.data_loss_limit_s(from.data_loss_limit_s);
+  to.data_loss_limit_valid(from.data_loss_limit_valid);
+  to.boundaries().resize(std::min(from.boundaries.size(), max_boundaries));
+  for (std::size_t i = 0; i < to.boundaries().size(); ++i) {
+    const BoundaryDistance& boundary = from.boundaries[i];
+    wire::BoundaryV3& out = to.boundaries()[i];
+    out.boundary_id() = boundary.boundary.c_str();
+    out.distance_m(boundary.distance_m);
+    out.present_distance_m(boundary.present_distance_m);
+    out.time_s(boundary.time_s);
+    out.time_valid(boundary.time_valid);
+    out.probability_outside(boundary.probability_outside);
+  }
+}
+
+Defect from_wire(const Wire<ImpactPoint>& from, ImpactPoint& to) {
+  Check check;
+  check.name("target_id", from.target_id().c_str(), to.target);
+  check.text("chain", from.chain().c_str(), to.chain);
+  to.epoch.ns = from.epoch_ns();
+  to.received.ns = from.received_ns();
+  to.impact_valid = from.impact_valid();
+  to.point = {from.latitude_rad(), from.longitude_rad(), from.height_m()};
+  to.time_to_impact_s = from.time_to_impact_s();
+  to.covariance_m2 = from.covariance_m2();
+  to.data_age_s = from.data_age_s();
+  to.data_loss_timer_s = from.data_loss_timer_s();
+  to.data_loss_limit_s = from.data_loss_limit_s();
+  to.data_loss_limit_valid = from.data_loss_limit_valid();
+  to.boundaries.resize(from.boundaries().size());
+  for (std::size_t i = 0; i < to.boundaries.size(); ++i) {
+    const wire::BoundaryV3& in = from.boundaries()[i];
+    BoundaryDistance& boundary = to.boundaries[i];
+    check.name("boundary_id", in.boundary_id().c_str(), boundary.boundary);
+    boundary.distance_m = in.distance_m();
+    boundary.present_distance_m = in.present_distance_m();
+    boundary.time_s = in.time_s();
+    boundary.time_valid = in.time_valid();
+    boundary.probability_outside = in.probability_outside();
+  }
+  return check.defect();
+}
+
 void to_wire(const SourceHealth& from, Wire<SourceHealth>& to) {
   to.sensor_id() = from.sensor.c_str();
   to.target_id() = from.target.c_str();

@@ -118,6 +118,13 @@ void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 [[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);
 
 template <>
+struct WireOf<ImpactPoint> {
+  using PubSubType = wire::ImpactPointV3PubSubType;
+};
+void to_wire(const ImpactPoint& from, Wire<ImpactPoint>& to);
+[[nodiscard]] Defect from_wire(const Wire<ImpactPoint>& from, ImpactPoint& to);
+
+template <>
 struct WireOf<SourceHealth> {
   using PubSubType = wire::SourceHealthV5PubSubType;
 };

@@ -74,6 +74,13 @@ template <>
   walk.skip_string().skip(8, 2).skip(1).skip_string().skip_string();  // target_id ... held_by
   return walk.skip(8).skip(1).skip(8).read_length() <= 64;            // bound_m, bound_valid, events
 }
+template <>
+[[nodiscard]] inline bool lengths_in_bounds<wire::ImpactPointV3>(
+    const eprosima::fastrtps::rtps::SerializedPayload_t& payload) {
+  CdrWalk walk(payload);
+  walk.skip_string().skip_string().skip(8, 2).skip(1);  // target_id ... impact_valid
+  return walk.skip(8, 10).skip(1).read_length() <= 32;  // latitude_rad ... data_loss_limit_valid
+}
 
 /// Generated (de)serialisation throws on some malformed payloads, and a sample that fails to deserialise would stay
 /// in the history: here it always succeeds and says whether the sample is intact.

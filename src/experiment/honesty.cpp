@@ -134,6 +134,7 @@ sim::Scenario scenario_of(const Profile& profile, bool gps, std::uint64_t seed) 
     s.radars.push_back(radar_scenario(range.radars[i], models[i].sigma, priors[i], profile.end_s, seed));
   if (!gps || range.telemetry.empty()) return s;
   s.gps.active = {0, profile.end_s};
+  s.gps.rate_hz = profile.gps_rate_hz;
   s.gps.sigma_enu_m = {range.gps.sigma_horizontal_m, range.gps.sigma_horizontal_m, range.gps.sigma_vertical_m};
   s.gps.sigma_velocity_m_s = range.gps.sigma_velocity_m_s;
   if (range.align.gps.error.enabled) {

@@ -28,7 +28,8 @@ struct Profile {
   RangeConfig range;
   Name target;
   Time liftoff;
-  double end_s = 0;  ///< of the flight, after lift-off
+  double end_s = 0;        ///< of the flight, after lift-off
+  double gps_rate_hz = 1;  ///< fixes of the receiver
   score::TruthFunction truth;
 };
 

@@ -116,6 +116,38 @@ ordered_json json_of(const PointingScore& row) {
           {"worst_age_s", row.worst_age_s}};
 }
 
+ordered_json json_of(const std::optional<Extreme>& extreme, const char* name) {
+  if (!extreme) return nullptr;
+  return {{name, number(true, extreme->value)}, {"t_s", extreme->t_s}};
+}
+
+ordered_json json_of(const std::optional<double>& value) {
+  return value ? number(true, *value) : ordered_json(nullptr);
+}
+
+ordered_json json_of(const ImpactScore& row) {
+  const bool known = row.judged > 0;
+  return {{"chain", row.chain.view()},
+          {"points", row.points},
+          {"without_point", row.without_point},
+          {"judged", row.judged},
+          {"rms_m", number(known, row.rms_m)},
+          {"p95_m", number(known, row.p95_m)},
+          {"worst_m", number(known, row.worst_m)},
+          {"inside_95", number(known, row.inside_95)},
+          {"longest_loss", json_of(row.longest_loss, "data_loss_s")},
+          {"over_limit", row.over_limit},
+          {"first_over_limit_s", json_of(row.first_over_limit_s)}};
+}
+
+ordered_json json_of(const BoundaryScore& row) {
+  return {{"boundary", row.boundary.view()},
+          {"least", json_of(row.least_m, "distance_m")},
+          {"least_present", json_of(row.least_present_m, "distance_m")},
+          {"most_outside", json_of(row.most_outside, "probability")},
+          {"first_outside_s", json_of(row.first_outside_s)}};
+}
+
 ordered_json json_of(OutlierOrigin origin) {
   switch (origin) {
     case OutlierOrigin::None:
@@ -155,6 +187,10 @@ std::string format_json(const Summary& summary) {
   for (const IntegrityNote& note : summary.integrity)
     json["integrity"].push_back({{"t_s", note.t_s}, {"text", note.text}});
   json["bound"] = {{"positions", summary.bounded}, {"covered", summary.bound_holds}};
+  json["impact"] = ordered_json::array();
+  for (const ImpactScore& row : summary.impacts) json["impact"].push_back(json_of(row));
+  json["boundaries"] = ordered_json::array();
+  for (const BoundaryScore& row : summary.boundaries) json["boundaries"].push_back(json_of(row));
   return json.dump(2) + "\n";
 }
 

@@ -296,6 +296,47 @@ void integrity_story(std::ostringstream& out, const Summary& summary) {
         << summary.bounded << " positions sent with one.\n";
 }
 
+std::string at_time(const std::optional<Extreme>& extreme, int width, int decimals, double unit = 1) {
+  if (!extreme) return right("-", static_cast<std::size_t>(width) + 14);
+  return number(extreme->value / unit, width, decimals) + " at" + number(extreme->t_s, 9, 1) + " s";
+}
+
+void impact_table(std::ostringstream& out, const Summary& summary) {
+  if (summary.impacts.empty()) return;
+  constexpr double km = 1000;
+  out << "\nVacuum impact point in the whole flight (downrange/impact), against the fall of the true state, m\n\n"
+      << left("by", label_width) << right("points", 8) << right("none*", 7) << right("rms", 9) << right("p95", 9)
+      << right("worst", 10) << right("in 95 %", 9) << right("longest without data, s", 26) << '\n';
+  for (const ImpactScore& row : summary.impacts) {
+    const auto cell = [&](double value, int width) {
+      return row.judged == 0 ? right("-", static_cast<std::size_t>(width)) : number(value, width, 1);
+    };
+    out << left(row.chain.empty() ? "selected chain" : row.chain.view(), label_width)
+        << right(std::to_string(row.points), 8) << right(std::to_string(row.without_point), 7) << cell(row.rms_m, 9)
+        << cell(row.p95_m, 9) << cell(row.worst_m, 10) << (row.judged == 0 ? right("-", 9) : percent(row.inside_95, 9))
+        << at_time(row.longest_loss, 12, 1) << '\n';
+    if (row.first_over_limit_s)
+      out << "  without data for longer than allowed in " << row.over_limit << " records, first at"
+          << number(*row.first_over_limit_s, 9, 1) << " s\n";
+  }
+  out << "* no track, or nothing that comes down\n";
+  if (summary.boundaries.empty()) return;
+  out << "\nBoundaries by the selected chain: distance, km, positive inside\n\n"
+      << left("", label_width) << right("impact point's least", 26) << right("least of where it was", 26)
+      << right("most likely outside", 26) << '\n';
+  for (const BoundaryScore& row : summary.boundaries) {
+    out << left(row.boundary.view(), label_width) << at_time(row.least_m, 12, 3, km)
+        << at_time(row.least_present_m, 12, 3, km);
+    std::ostringstream probability;
+    if (row.most_outside) probability << std::setprecision(2) << row.most_outside->value;
+    out << (row.most_outside ? right(probability.str(), 12) + " at" + number(row.most_outside->t_s, 9, 1) + " s"
+                             : right("-", 26))
+        << '\n';
+    if (row.first_outside_s)
+      out << "  the impact point was outside first at" << number(*row.first_outside_s, 9, 1) << " s\n";
+  }
+}
+
 }  // namespace
 
 std::string format_text(const Summary& summary) {
@@ -305,6 +346,7 @@ std::string format_text(const Summary& summary) {
   source_table(out, summary);
   bias_table(out, summary);
   integrity_story(out, summary);
+  impact_table(out, summary);
   pointing_table(out, summary);
   return out.str();
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "score/errors.hpp"
+#include "score/impact_tally.hpp"
 #include "score/source_tally.hpp"
 #include "stage/integrity_notes.hpp"
 
@@ -67,7 +68,10 @@ PositionScore position_score(const Samples& samples, Time from, Time to) {
 class Scorer::Run : public ResultSink {
  public:
   Run(const Scorer& scorer, std::string label)
-      : scorer_(scorer), label_(std::move(label)), primary_(scorer.first_method()) {}
+      : scorer_(scorer),
+        label_(std::move(label)),
+        primary_(scorer.first_method()),
+        impacts_(scorer.range_.impact.fall, scorer.liftoff_) {}
 
   void emit(const Result& result) override {
     std::visit([this](const auto& r) { add(r); }, result);
@@ -164,10 +168,12 @@ class Scorer::Run : public ResultSink {
     return scores;
   }
 
-  void add_integrity_to(Summary& summary) const {
+  void add_safety_to(Summary& summary) const {
     summary.integrity = integrity_;
     summary.bounded = bounded_;
     summary.bound_holds = bound_holds_;
+    summary.impacts = impacts_.chains();
+    summary.boundaries = impacts_.boundaries();
   }
 
  private:
@@ -305,6 +311,10 @@ class Scorer::Run : public ResultSink {
       integrity_.push_back({.t_s = (integrity.time - scorer_.liftoff_).seconds(), .text = std::move(note)});
   }
 
+  void add(const ImpactPoint& point) {
+    if (point.target == scorer_.target_) impacts_.add(point, scorer_.truth_at(point.epoch));
+  }
+
   /// Of a result that nothing is measured of.
   template <class Other>
   void add(const Other&) {}
@@ -359,6 +369,7 @@ class Scorer::Run : public ResultSink {
   SensorBias no_bias_;
   std::map<SourceKey, SourceTally> sources_;
   std::optional<OpenPlot> open_;
+  ImpactTally impacts_;
   std::map<std::pair<Name, SlavingSource>, PointingSamples> pointing_;
 };
 
@@ -409,7 +420,7 @@ Summary Scorer::summary() const {
   const Run& own = runs_.front();
   std::vector<TrajectoryScore>& rows = truth_ ? summary.trajectories : summary.against_gps;
   rows = own.scores_by_method();
-  own.add_integrity_to(summary);
+  own.add_safety_to(summary);
   for (auto run = std::next(runs_.begin()); run != runs_.end(); ++run) rows.push_back(run->primary_score());
   for (const AntennaConfig& antenna : range_.antennas)
     for (const PointingScore& score : own.pointing_scores(antenna.id)) summary.pointing.push_back(score);

@@ -106,6 +106,36 @@ struct IntegrityNote {
   std::string text;  ///< "jeju disagrees with goheung by 5.0 km since T+241.0; excluded by integrity since T+243.2"
 };
 
+/// The least or the greatest of a flight, and when.
+struct Extreme {
+  double value = 0;
+  double t_s = 0;  ///< since the phases' zero
+};
+
+/// Impact points of one chain in the whole flight.
+struct ImpactScore {
+  Name chain{};                   ///< empty: the selected one
+  std::size_t points = 0;         ///< that came down
+  std::size_t without_point = 0;  ///< records without one: no track, or an orbit
+  std::size_t judged = 0;         ///< of these, those whose true state comes down; the next four are of them
+  double rms_m = 0;               ///< from where the true state falls
+  double p95_m = 0;
+  double worst_m = 0;
+  double inside_95 = 0;                   ///< share inside their 95 % ellipse
+  std::optional<Extreme> longest_loss{};  ///< s without data
+  std::size_t over_limit = 0;             ///< records with the data lost for longer than is allowed
+  std::optional<double> first_over_limit_s{};
+};
+
+/// How near to a boundary it came, by the selected chain. None: there was no point.
+struct BoundaryScore {
+  Name boundary{};
+  std::optional<Extreme> least_m{};          ///< of the impact point; negative: it was outside
+  std::optional<Extreme> least_present_m{};  ///< of the place below the target
+  std::optional<Extreme> most_outside{};     ///< probability
+  std::optional<double> first_outside_s{};   ///< when the impact point was outside first
+};
+
 struct Summary {
   std::vector<Phase> phases;
   bool truth_known = false;
@@ -117,10 +147,12 @@ struct Summary {
   OutlierOrigin outliers = OutlierOrigin::None;
   /// Of the first run: radars, trackers, stations, in the range's order; then those that the range does not have.
   std::vector<SourceScore> sources;
-  std::vector<SensorBias> biases;        ///< the last of the first run; radars, trackers, in the range's order
-  std::vector<IntegrityNote> integrity;  ///< of the first run
-  std::size_t bounded = 0;               ///< of its positions with truth, those sent with a bound
-  std::size_t bound_holds = 0;           ///< of these, those that it covers
+  std::vector<SensorBias> biases;         ///< the last of the first run; radars, trackers, in the range's order
+  std::vector<IntegrityNote> integrity;   ///< of the first run
+  std::size_t bounded = 0;                ///< of its positions with truth, those sent with a bound
+  std::size_t bound_holds = 0;            ///< of these, those that it covers
+  std::vector<ImpactScore> impacts;       ///< of the first run, the selected chain first
+  std::vector<BoundaryScore> boundaries;  ///< likewise, as configured
 };
 
 /// "radar", "angles", "gps".

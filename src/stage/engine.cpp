@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "impact.hpp"
 #include "ingest.hpp"
 #include "methods.hpp"
 #include "slave.hpp"
@@ -54,6 +55,7 @@ class Engine::Impl {
         held_(config.targets.size()),
         held_by_(config.targets.size()) {
     if (stages.align || stages.fuse) methods_.emplace(config, impartial_judges());
+    if (methods_ && stages.fuse) impact_.emplace(config, methods_->integrity());
   }
 
   void operator()(const MissionEvent& event) { ingest_.note(event); }
@@ -163,6 +165,7 @@ class Engine::Impl {
     if (methods_) methods_->judge(t, will(), integrity_tap_);
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
     if (methods_ && stages_.slave) slave_.tick(t, methods_->followed(), sink_);
+    if (impact_) impact_->tick(t, ingest_.mission().liftoff(), methods_->integrity(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
   }
 
@@ -182,6 +185,7 @@ class Engine::Impl {
   SourceMonitor monitor_;
   IntegrityTap integrity_tap_;
   std::optional<Methods> methods_;
+  std::optional<ImpactStage> impact_;
   Slave slave_;
   SourceTable sources_;
   std::vector<Name> ordered_by_;  ///< by SourceId

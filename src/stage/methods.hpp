@@ -46,6 +46,7 @@ class Methods {
   /// How far the sources are from the primary method's track.
   [[nodiscard]] const Residuals& residuals() const { return residuals_; }
 
+  [[nodiscard]] const IntegrityStage& integrity() const { return integrity_; }
   /// By target: what SLAVE points by.
   [[nodiscard]] std::span<const Followed> followed() const { return integrity_.followed(); }
   /// The first method on all sources: health reports its residuals.

@@ -221,5 +221,28 @@ TEST(DdsMalformed, AnIntegrityRecordThatClaimsMoreSourcesThanThereAre) {
     EXPECT_FALSE(intact<Type>({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)})) << length;
 }
 
+TEST(DdsMalformed, AnImpactPointThatClaimsMoreBoundariesThanThereAre) {
+  using Type = wire::ImpactPointV3PubSubType;
+  for (const char* name : {"k", "ks", "ksl", "kslv"}) {  // each with other padding
+    ImpactPoint record = test::sample<ImpactPoint>();
+    record.target = name;
+    record.chain = name;
+    record.boundaries.clear();
+    wire::ImpactPointV3 sample;
+    to_wire(record, sample);
+    Bytes bytes = serialized<Type>(sample);
+    EXPECT_TRUE(intact<Type>(bytes)) << name;
+    ASSERT_TRUE(std::all_of(bytes.end() - 4, bytes.end(), [](auto b) { return b == 0; })) << "the length comes last";
+    std::fill(bytes.end() - 4, bytes.end(), std::uint8_t{0xff});
+    EXPECT_FALSE(intact<Type>(bytes)) << name;
+  }
+  wire::ImpactPointV3 sample;
+  to_wire(test::sample<ImpactPoint>(), sample);
+  const Bytes good = serialized<Type>(sample);
+  EXPECT_TRUE(intact<Type>(good));
+  for (std::size_t length = 4; length + 3 < good.size(); ++length)
+    EXPECT_FALSE(intact<Type>({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)})) << length;
+}
+
 }  // namespace
 }  // namespace downrange::dds

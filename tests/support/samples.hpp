@@ -278,6 +278,31 @@ inline SlavingCommand sample<SlavingCommand>() {
 }
 
 template <>
+inline ImpactPoint sample<ImpactPoint>() {
+  ImpactPoint impact;
+  impact.target = "kslv";
+  impact.chain = "only-goheung";
+  impact.epoch = {7000};
+  impact.received = {7100};
+  impact.impact_valid = true;
+  impact.point = {0.5, 2.2, 12};
+  impact.time_to_impact_s = 321.5;
+  impact.covariance_m2 = {400, -50, 900};
+  impact.data_age_s = 0.25;
+  impact.data_loss_timer_s = 0.5;
+  impact.data_loss_limit_s = 7.5;
+  impact.data_loss_limit_valid = true;
+  impact.boundaries = {{.boundary = "corridor",
+                        .distance_m = 12'000,
+                        .present_distance_m = 9'000,
+                        .time_s = 17.5,
+                        .time_valid = true,
+                        .probability_outside = 1e-7},
+                       {.boundary = "island", .distance_m = -3'000, .present_distance_m = -2'000}};
+  return impact;
+}
+
+template <>
 inline SourceHealth sample<SourceHealth>() {
   SourceHealth health;
   health.sensor = "goheung-radar";

@@ -1,5 +1,6 @@
 downrange_test(unit_watch_board ${CMAKE_CURRENT_LIST_DIR}/watch_board_test.cpp LIBS downrange_dds downrange_stage downrange_text)
-target_sources(unit_watch_board PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/board.cpp)
+target_sources(unit_watch_board PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/board.cpp
+                                        ${PROJECT_SOURCE_DIR}/src/app/downrange/impact_lines.cpp)
 target_include_directories(unit_watch_board PRIVATE ${PROJECT_SOURCE_DIR}/src)
 
 # Of what DDS carries these see the plain structs only.

@@ -262,6 +262,55 @@ sigma_azimuth_deg = 0.003
 sigma_elevation_deg = 0.002
 )";
 
+TEST(Impact, EveryKeyReachesTheRange) {
+  const RangeConfig range = load_text(small + R"(
+[impact]
+height_m = 250
+horizon_s = 5400
+data_loss_s = [[0, 4], [60.5, 8]]
+[[boundary]]
+id = "triangle"
+vertices_deg = [[28, -80], [28.0, 280.5], [29, -80]]
+)",
+                                      "test.toml")
+                                .range;
+  EXPECT_TRUE(range.impact.enabled);
+  EXPECT_EQ(range.impact.fall.height_m, 250);
+  EXPECT_EQ(range.impact.fall.horizon_s, 5400);
+  const std::vector<DataLossLimit> table{{0, 4}, {60.5, 8}};
+  EXPECT_EQ(range.impact.data_loss, table);
+  ASSERT_EQ(range.boundaries.size(), 1u);
+  EXPECT_EQ(range.boundaries[0].id, Name("triangle"));
+  const std::vector<GroundPoint> vertices{
+      {28 * degree, -80 * degree}, {28 * degree, 280.5 * degree}, {29 * degree, -80 * degree}};
+  EXPECT_EQ(range.boundaries[0].vertices, vertices);
+}
+
+TEST(Impact, MoreBoundariesThanAPointIsHeldAgainst) {
+  std::string text = small;
+  const auto boundary = [](int i) {
+    return "[[boundary]]\nid = \"b" + std::to_string(i) + "\"\nvertices_deg = [[28, -80], [28, -79], [29, -80]]\n";
+  };
+  for (int i = 0; i < 32; ++i) text += boundary(i);
+  EXPECT_EQ(joined(problems_of(text)), "");
+  EXPECT_EQ(joined(problems_of(text + boundary(32))), "test.toml:13: boundary: found 33, allowed: at most 32\n");
+}
+
+TEST(Impact, BoundariesWithoutImpactPointsAreNamed) {
+  const ServiceConfig config = load_text(small + R"(
+[impact]
+enabled = false
+height_m = 250
+[[boundary]]
+id = "triangle"
+vertices_deg = [[28, -80], [28, -79], [29, -80]]
+)",
+                                         "test.toml");
+  EXPECT_EQ(joined(config.warnings),
+            "test.toml:16: impact.height_m: has no effect: enabled is false\n"
+            "test.toml:19: boundary[0].vertices_deg: has no effect: impact.enabled is false\n");
+}
+
 TEST(AngleSensor, EveryKeyReachesTheRange) {
   const std::string text = read(naro);
   EXPECT_TRUE(load(naro).range.angle_sensors.empty());

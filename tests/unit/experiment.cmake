@@ -5,3 +5,4 @@ downrange_test(experiment_papers_test ${CMAKE_CURRENT_LIST_DIR}/experiment_paper
 downrange_test(experiment_kim2011_test ${CMAKE_CURRENT_LIST_DIR}/experiment_kim2011_test.cpp LIBS downrange_experiment)
 downrange_test(experiment_noise_test ${CMAKE_CURRENT_LIST_DIR}/experiment_noise_test.cpp LIBS downrange_experiment)
 downrange_test(experiment_honesty_test ${CMAKE_CURRENT_LIST_DIR}/experiment_honesty_test.cpp LIBS downrange_experiment)
+downrange_test(experiment_impact_test ${CMAKE_CURRENT_LIST_DIR}/experiment_impact_test.cpp LIBS downrange_experiment)

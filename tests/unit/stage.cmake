@@ -11,3 +11,4 @@ downrange_test(stage_clock_test ${CMAKE_CURRENT_LIST_DIR}/stage_clock_test.cpp L
 downrange_test(stage_judge_test ${CMAKE_CURRENT_LIST_DIR}/stage_judge_test.cpp LIBS downrange_sim)
 downrange_test(stage_integrity_chain_test ${CMAKE_CURRENT_LIST_DIR}/stage_integrity_chain_test.cpp LIBS downrange_stage)
 downrange_test(stage_integrity_test ${CMAKE_CURRENT_LIST_DIR}/stage_integrity_test.cpp LIBS downrange_stage)
+downrange_test(stage_impact_test ${CMAKE_CURRENT_LIST_DIR}/stage_impact_test.cpp LIBS downrange_stage)

@@ -202,5 +202,67 @@ TEST(WatchBoard, IntegrityIsToldInSentences) {
   EXPECT_TRUE(shows(board.lines(start, utc + seconds(7)), "bound 120 m  old 7 s\n"));
 }
 
+ImpactPoint impact(const Name& chain, double latitude_deg) {
+  ImpactPoint i;
+  i.target = "rocket";
+  i.chain = chain;
+  i.epoch = utc;
+  i.impact_valid = true;
+  i.point = {latitude_deg * 3.14159265358979 / 180, 2.2, 0};
+  i.time_to_impact_s = 312.44;
+  i.covariance_m2 = {1e6, 0, 4e6};
+  i.data_age_s = i.data_loss_timer_s = 0.15;
+  return i;
+}
+
+TEST(WatchBoard, WhereATargetFallsFitsOnAScreen) {
+  Board board(dds::ClockMode::Wall);
+  ImpactPoint selected = impact({}, 30);
+  selected.data_loss_limit_valid = true;
+  selected.data_loss_limit_s = 10;
+  for (int k = 0; k < 5; ++k)
+    selected.boundaries.push_back({.boundary = ("corridor-" + std::to_string(k)).c_str(),
+                                   .distance_m = 1000.0 * (5 - k) - 2500,
+                                   .present_distance_m = 123'456,
+                                   .time_s = 17.5,
+                                   .time_valid = k != 4,
+                                   .probability_outside = 1.2e-5});
+  board.add(selected, start);
+  ImpactPoint other = impact("only-goheung", 30.1);
+  board.add(other, start);
+  other.chain = "only-GPS";
+  other.impact_valid = false;
+  board.add(other, start);
+  std::string lines = board.lines(start, utc);
+  EXPECT_TRUE(shows(lines, "rocket     impact  30.0000  126.0507  in  312.4 s  1-sigma 2.0 km x 1.0 km (vacuum)\n"))
+      << lines;
+  EXPECT_TRUE(shows(lines, "  corridor-4     1.5 km OUTSIDE P(out) 1.2e-05 now   123 km inside\n")) << lines;
+  EXPECT_TRUE(shows(lines, "  corridor-2      500 m inside  P(out) 1.2e-05 in  17.5 s now   123 km inside\n")) << lines;
+  EXPECT_FALSE(shows(lines, "corridor-1")) << "the three nearest";
+  EXPECT_TRUE(shows(lines, "  and 2 boundaries that it is farther inside of\n")) << lines;
+  EXPECT_TRUE(shows(lines, "  only-GPS none, only-goheung 11.1 km off\n")) << lines;
+  EXPECT_FALSE(shows(lines, "no data")) << lines;
+  std::size_t longest = 0;
+  for (std::size_t at = 0, end = 0; (end = lines.find('\n', at)) != std::string::npos; at = end + 1)
+    longest = std::max(longest, end - at);
+  EXPECT_LE(longest, 80u);
+  EXPECT_LE(std::count(lines.begin(), lines.end(), '\n'), 8);
+
+  selected.data_loss_timer_s = 3.2;
+  board.add(selected, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  no data for 3.2 s, allowed: 10.0 s\n")) << board.lines(start, utc);
+  selected.data_loss_timer_s = 12;
+  board.add(selected, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  DATA LOST for 12.0 s, allowed: 10.0 s\n")) << board.lines(start, utc);
+  selected.impact_valid = false;
+  board.add(selected, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     impact  none: it does not come down\n"));
+  selected.data_age_s = 0;
+  selected.boundaries.clear();
+  board.add(selected, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     impact  none: there is no track\n"));
+  EXPECT_TRUE(shows(board.lines(start, utc + seconds(7)), "  the impact point is  old 7 s\n"));
+}
+
 }  // namespace
 }  // namespace downrange::app

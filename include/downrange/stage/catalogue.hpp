@@ -56,7 +56,7 @@ using Measurements = RecordList<RadarTspi, GpsFix, AngleTspi>;
 static_assert(Measurements::size == std::variant_size_v<Measured>);
 
 /// What the engine makes, in the order of the stages.
-using Outputs = RecordList<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth>;
+using Outputs = RecordList<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, ImpactPoint, SourceHealth>;
 
 /// How the middleware is to treat a topic: the quality-of-service profile of config/dds-qos.xml that has its name.
 enum class Delivery : std::uint8_t {
@@ -182,6 +182,13 @@ struct MessageInfo<SlavingCommand> {
   static constexpr std::string_view topic = "downrange/slaving";
   static constexpr Delivery delivery = Delivery::Owned;
   static OwnedKey key(const SlavingCommand& r) { return {r.antenna, {}}; }
+};
+
+template <>
+struct MessageInfo<ImpactPoint> {
+  static constexpr std::string_view topic = "downrange/impact";
+  static constexpr Delivery delivery = Delivery::Owned;
+  static OwnedKey key(const ImpactPoint& r) { return {r.target, r.chain}; }
 };
 
 template <>

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include <downrange/est/method/method.hpp>
+#include <downrange/est/model/impact.hpp>
+#include <downrange/geo/ground_polygon.hpp>
 #include <downrange/geo/name.hpp>
 #include <downrange/geo/nominal_trajectory.hpp>
 #include <downrange/geo/polar.hpp>
@@ -182,6 +184,30 @@ struct IntegrityConfig {
   Duration readmit_after = milliseconds(10'000);  ///< of agreement
 };
 
+/// How long a vehicle may go on unseen.
+struct DataLossLimit {
+  double t_plus_s = 0;  ///< since lift-off
+  double limit_s = 0;
+
+  bool operator==(const DataLossLimit&) const = default;
+};
+
+/// The vacuum impact point.
+struct ImpactConfig {
+  bool enabled = true;
+  FallSettings fall;
+  /// By time after lift-off, increasing; linear in between, and the first and the last hold before and after. Empty:
+  /// there is no limit.
+  std::vector<DataLossLimit> data_loss;
+};
+
+/// A closed line that an impact point is held against.
+struct BoundaryConfig {
+  Name id;
+  std::vector<GroundPoint> vertices;  ///< without defect (GroundPolygon::defect_of)
+};
+inline constexpr std::size_t max_boundaries = 32;
+
 struct TargetConfig {
   Name id;
   NominalTrajectory nominal{};  ///< empty: no plan is known
@@ -209,6 +235,8 @@ struct RangeConfig {
   FuseConfig fuse;
   IntegrityConfig integrity;
   SlaveConfig slave;
+  ImpactConfig impact;
+  std::vector<BoundaryConfig> boundaries;  ///< at most max_boundaries
 };
 
 }  // namespace downrange

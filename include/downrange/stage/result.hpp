@@ -163,6 +163,39 @@ struct Integrity {
   bool operator==(const Integrity&) const = default;
 };
 
+/// An impact point, and the present place, against one boundary.
+struct BoundaryDistance {
+  Name boundary{};
+  double distance_m = 0;           ///< of the impact point, along the ground; positive inside
+  double present_distance_m = 0;   ///< of the point below the target, likewise
+  double time_s = 0;               ///< until the impact point, going on as it moves now, crosses it; where time_valid
+  bool time_valid = false;         ///< it moves, by more than three sigmas of its velocity, and towards the boundary
+  double probability_outside = 0;  ///< of the impact point, by its covariance
+
+  bool operator==(const BoundaryDistance&) const = default;
+};
+
+/// Where a target falls when its engines stop at `epoch`: in vacuum, over the rotating ellipsoid.
+struct ImpactPoint {
+  Name target;
+  Name chain;                 ///< of sources: empty, the selected one; else one that is independent of others
+  Time epoch;                 ///< the tick
+  Time received;              ///< likewise
+  bool impact_valid = false;  ///< false: there is no estimate, or it does not come down
+  Geodetic point;             ///< where impact_valid, as the next two
+  double time_to_impact_s = 0;
+  std::array<double, 3> covariance_m2{};  ///< east-east, east-north, north-north, at the impact point
+  double data_age_s = 0;                  ///< of the newest measurement behind the estimate; 0: there is none
+  double data_loss_timer_s = 0;           ///< since the chain's last accepted measurement, by its epoch
+  double data_loss_limit_s = 0;           ///< at this T+, where data_loss_limit_valid
+  bool data_loss_limit_valid = false;     ///< a limit is configured, and the vehicle has lifted off
+  /// In the order of the configuration; empty without an estimate. What is of the impact point, only where
+  /// impact_valid.
+  std::vector<BoundaryDistance> boundaries;
+
+  bool operator==(const ImpactPoint&) const = default;
+};
+
 /// Why a source is not qualified. Order is the wire's: append only.
 enum class Disqualification : std::uint8_t {
   None,
@@ -221,7 +254,7 @@ struct SourceHealth {
 /// their 95 % region over that which is right, at most 1, over the largest of its learnt sigma ratios, at least 1.
 [[nodiscard]] double figure_of_merit(const SourceHealth& health);
 
-using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, SourceHealth>;
+using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, ImpactPoint, SourceHealth>;
 
 /// Receives results in the order the engine made them. Called from the engine's thread; must not throw.
 class ResultSink {

@@ -132,6 +132,11 @@ void Board::keep(const Integrity& record) {
   newest_range_time_ = std::max(newest_range_time_, record.time);
 }
 
+void Board::keep(const ImpactPoint& record) {
+  impacts_[record.target][record.chain] = record;
+  newest_range_time_ = std::max(newest_range_time_, record.epoch);
+}
+
 void Board::add(const SourceHealth& health, const Name& node, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
   newest_ = now;
@@ -176,7 +181,7 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
                   limits_of(c.limits).c_str(), c.valid_until < time ? "  EXPIRED" : "");
     text += line;
   }
-  text += integrity_lines(time) + health_lines(time) + node_lines(now);
+  text += integrity_lines(time) + impact_lines_of_all(time) + health_lines(time) + node_lines(now);
   return text.empty() ? "nothing received yet\n" : text::printable(text, true);
 }
 
@@ -187,6 +192,17 @@ std::string Board::integrity_lines(Time time) const {
     for (std::size_t i = 0; i < record.sources.size(); ++i) {
       if (record.sources[i].verdict != IntegrityVerdict::Agrees) text += "  " + sentence(record, i) + '\n';
     }
+  }
+  return text;
+}
+
+std::string Board::impact_lines_of_all(Time time) const {
+  std::string text;
+  for (const auto& [target, impacts] : impacts_) {
+    text += impact_lines(impacts);
+    const auto selected = impacts.find(Name{});
+    const std::string age = selected == impacts.end() ? "" : old(selected->second.epoch, time, track_old_after_s);
+    if (!age.empty()) text += "  the impact point is" + age + '\n';
   }
   return text;
 }

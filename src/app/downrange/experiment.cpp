@@ -14,6 +14,7 @@
 #include "experiment/faults.hpp"
 #include "experiment/flights.hpp"
 #include "experiment/honesty.hpp"
+#include "experiment/impact.hpp"
 #include "experiment/report.hpp"
 #include "fault_options.hpp"
 #include "progress.hpp"
@@ -64,6 +65,11 @@ experiment::ExperimentResult timed(const std::function<experiment::ExperimentRes
 /// Those of the papers, then those that want the recorded flights that `folder` has.
 std::vector<experiment::Experiment> all_experiments(const std::filesystem::path& folder) {
   std::vector<experiment::Experiment> experiments = experiment::experiments();
+  experiments.push_back(
+      {"impact", "vacuum impact point: error against the fall of the true state, with GPS and without",
+       experiment::impact_runs, experiment::honesty_methods(), [](const experiment::ExperimentOptions& options) {
+         return timed([&] { return experiment::run_impact(options); });
+       }});
   experiments.push_back(
       {honesty, "covariance against error over many seeds of four profiles, with GPS and without (two of them --data)",
        experiment::honesty_runs, experiment::honesty_methods(), [folder](const experiment::ExperimentOptions& options) {

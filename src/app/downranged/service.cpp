@@ -8,6 +8,8 @@
 #include <downrange/stage/source_table.hpp>
 #include <exception>
 
+#include "stage/impact.hpp"
+
 namespace downrange::app {
 namespace {
 
@@ -44,6 +46,14 @@ template <>
 std::vector<OwnedKey> expected_keys<Integrity>(const RangeConfig& range) {
   std::vector<OwnedKey> keys;
   for (const TargetConfig& target : range.targets) keys.emplace_back(target.id, Name{});
+  return keys;
+}
+
+template <>
+std::vector<OwnedKey> expected_keys<ImpactPoint>(const RangeConfig& range) {
+  std::vector<OwnedKey> keys;
+  for (const Name& chain : impact_chains(range))
+    for (const TargetConfig& target : range.targets) keys.emplace_back(target.id, chain);
   return keys;
 }
 

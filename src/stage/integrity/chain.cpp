@@ -10,6 +10,7 @@ Chain::Chain(const ChainPlan& plan, std::optional<int> target, const MethodSetti
     : name_(plan.name),
       sources_(plan.sources),
       alone_(plan.alone),
+      independent_(plan.independent),
       target_(target),
       settings_(settings),
       make_(std::move(make)),

@@ -32,6 +32,8 @@ class Chain {
   [[nodiscard]] SourceSet sources() const { return sources_; }
   /// One source: it hears that source whoever is excluded, so that it may show that it tells the truth again.
   [[nodiscard]] bool alone() const { return alone_; }
+  /// One source, or all radars.
+  [[nodiscard]] bool independent() const { return independent_; }
 
   /// A measurement that the log has put to `at`. What became of it; nothing where the chain does not hear it.
   std::optional<Verdict> process(const LoggedMeasurement& measurement, MeasurementLog::Position at, Time now,
@@ -85,6 +87,7 @@ class Chain {
   Name name_;
   SourceSet sources_;
   bool alone_;
+  bool independent_;
   std::optional<int> target_;
   MethodSettings settings_;  ///< of its own sources and targets
   ChainMethodMaker make_;

@@ -42,7 +42,10 @@ ChainPlans plan_chains(const std::vector<SourceUnit>& units) {
     return starts ? set : SourceSet{0};
   };
   const auto only = [&](std::size_t i) {
-    return ChainPlan{.name = joined_name("only-", units[i].name.view(), i), .sources = units[i].sources, .alone = true};
+    return ChainPlan{.name = joined_name("only-", units[i].name.view(), i),
+                     .sources = units[i].sources,
+                     .alone = true,
+                     .independent = true};
   };
 
   for (std::size_t i = 0; i < units.size(); ++i) {
@@ -55,7 +58,10 @@ ChainPlans plan_chains(const std::vector<SourceUnit>& units) {
   }
   const SourceSet radars = all_but([&](std::size_t j) { return units[j].kind != SourceKind::Radar; });
   const auto one_radar = std::ranges::find(units, radars, &SourceUnit::sources);
-  if (radars != 0 && one_radar == units.end()) add({.name = "only-radars", .sources = radars});
+  if (radars != 0 && one_radar == units.end()) {
+    const int all_radars = add({.name = "only-radars", .sources = radars});  // without trackers it is "without-GPS"
+    plans.chains[static_cast<std::size_t>(all_radars)].independent = true;
+  }
   for (std::size_t i = 0; i < units.size(); ++i) {
     const bool wanted = units.size() <= most_alone || units[i].kind == SourceKind::Telemetry;
     if (wanted && units[i].starts_track && units.size() > 1) plans.alone[i] = add(only(i));

@@ -25,6 +25,8 @@ struct ChainPlan {
   Name name;              ///< "without-goheung", "only-GPS", "only-radars"; empty: all
   SourceSet sources = 0;  ///< that it hears
   bool alone = false;     ///< one unit
+  /// Of what others may be held against: one unit, or all radars.
+  bool independent = false;
 };
 
 /// The chains beside `all`, each set of sources once.

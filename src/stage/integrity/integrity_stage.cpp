@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "stage/integrity/bound.hpp"
+#include "stage/judged_ticks.hpp"
 
 namespace downrange {
 namespace {
 
-constexpr Duration judged_every = milliseconds(100);
 /// States of every chain are kept so often, and so long.
 constexpr Duration kept_every = milliseconds(5000);
 constexpr Duration kept_for = milliseconds(60'000);
@@ -29,11 +29,6 @@ std::uint64_t among(SourceSet set, SourceSet reported) {
     ++place;
   }
   return bits;
-}
-
-/// A multiple of `grid` lies in (last, now].
-bool crosses(std::optional<Time> last, Time now, Duration grid) {
-  return !last || now.ns / grid.ns > last->ns / grid.ns;
 }
 
 class ImpartialJudge final : public SourceJudge {
@@ -128,7 +123,7 @@ bool IntegrityStage::process(const Observation& o, const Measurement& m) {
 
 void IntegrityStage::tick(Time tick, const OperatorWill& will, ResultSink& sink) {
   const std::optional<Time> last = std::exchange(last_tick_, tick);
-  judged_ = judges_ && crosses(last, tick, judged_every);
+  judged_ = judges_ && is_judged_tick(last, tick);
   if (judges_) {
     if (crosses(last, tick, kept_every)) keep_states(tick);
     if (judged_) {
@@ -331,6 +326,12 @@ void IntegrityStage::find_alternatives(int target) {
     if (ambiguous) (void)add(plans_.alone[u]);
   }
   if (bounded && !t.alternatives.empty()) t.bound_m = bound_m(t.alternatives);
+}
+
+std::optional<TrackEstimate> IntegrityStage::selected_estimate(int target) const {
+  const Target& t = of(target);
+  if (judges_) return t.states[static_cast<std::size_t>(t.selected)].estimate;
+  return last_tick_ ? all_.estimate(target, *last_tick_) : std::nullopt;
 }
 
 void IntegrityStage::update_followed(int target) {

@@ -70,6 +70,10 @@ class IntegrityStage {
   /// m; none: nothing bounds what one lying source can do.
   [[nodiscard]] std::optional<double> bound(int target) const { return of(target).bound_m; }
 
+  /// What is selected, predicted to the last tick, which is to be one that judged where any judges. Nothing where there
+  /// is no estimate.
+  [[nodiscard]] std::optional<TrackEstimate> selected_estimate(int target) const;
+
   /// The chains beside that of all sources, and their estimates at the last tick, where that judged.
   [[nodiscard]] std::span<const Chain> others(int target) const { return of(target).others; }
   [[nodiscard]] std::span<const ChainState> states_of_others(int target) const {
