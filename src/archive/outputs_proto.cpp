@@ -276,6 +276,7 @@ void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
   out.set_bound_rad(in.bound_rad);
   out.set_bound_valid(in.bound_valid);
   put(in.chain, out.mutable_chain());
+  out.set_off_target_rad(in.off_target_rad);
 }
 
 SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
@@ -305,6 +306,7 @@ SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   out.bound_rad = in.bound_rad();
   out.bound_valid = in.bound_valid();
   out.chain = name(in.chain(), "chain", defect);
+  out.off_target_rad = in.off_target_rad();
   return out;
 }
 

@@ -183,6 +183,7 @@ void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to) {
   to.probability_valid(from.probability_valid);
   to.bound_rad(from.bound_rad);
   to.bound_valid(from.bound_valid);
+  to.off_target_rad(from.off_target_rad);
   to.chain() = from.chain.c_str();
 }
 
@@ -212,6 +213,7 @@ Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to) {
   to.probability_valid = from.probability_valid();
   to.bound_rad = from.bound_rad();
   to.bound_valid = from.bound_valid();
+  to.off_target_rad = from.off_target_rad();
   check.text("chain", from.chain().c_str(), to.chain);
   return check.defect();
 }

@@ -112,7 +112,7 @@ void to_wire(const Integrity& from, Wire<Integrity>& to);
 
 template <>
 struct WireOf<SlavingCommand> {
-  using PubSubType = wire::SlavingCommandV2PubSubType;
+  using PubSubType = wire::SlavingCommandV3PubSubType;
 };
 void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 [[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);

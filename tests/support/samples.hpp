@@ -273,6 +273,7 @@ inline SlavingCommand sample<SlavingCommand>() {
   command.probability_valid = true;
   command.bound_rad = 0.005;
   command.bound_valid = true;
+  command.off_target_rad = 0.006;
   command.chain = "only-goheung";
   return command;
 }

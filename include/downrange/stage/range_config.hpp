@@ -124,6 +124,12 @@ struct GpsConfig {
   int min_satellites = 4;  ///< fixes that state fewer are rejected
 };
 
+/// An antenna is not pointed lower than this at that azimuth; between two points the line.
+struct HorizonPoint {
+  double azimuth_rad = 0;  ///< [0, 2 pi)
+  double elevation_rad = 0;
+};
+
 struct AntennaConfig {
   Name id;
   Site site;
@@ -131,11 +137,16 @@ struct AntennaConfig {
   double azimuth_min_rad = -1.5 * std::numbers::pi;  ///< travel, cable wrap included
   double azimuth_max_rad = 1.5 * std::numbers::pi;
   double elevation_min_rad = 0;
-  double elevation_max_rad = std::numbers::pi / 2;
+  double elevation_max_rad = std::numbers::pi / 2;  ///< beyond the zenith: the mount can plunge
   double azimuth_rate_max_rad_s = 0.2;
   double elevation_rate_max_rad_s = 0.2;
-  Duration link_delay;  ///< command leaves the node -> antenna control unit has it
-  Duration lead;        ///< servo lag to be led
+  double azimuth_acceleration_max_rad_s2 = 0;  ///< 0: not known, and passes near the zenith are not planned
+  double elevation_acceleration_max_rad_s2 = 0;
+  std::vector<HorizonPoint> horizon{};  ///< ascending azimuth; empty: elevation_min all around
+  double beamwidth_rad = 0;             ///< full width of the beam; 0: not known
+  double refractivity = 0;              ///< N-units at the site; 0: pointed at the target without refraction
+  Duration link_delay;                  ///< command leaves the node -> antenna control unit has it
+  Duration lead;                        ///< servo lag to be led
 };
 
 struct IngestConfig {
@@ -170,6 +181,13 @@ struct SlaveConfig {
   Duration validity = milliseconds(200);  ///< valid_until - apply_at
   /// After a change of what is followed, commands move no faster against the target than this, on the sky.
   double blend_rate_rad_s = 5 * std::numbers::pi / 180;
+  /// Of an antenna whose beamwidth is known: coasting ends where it is less probable than this that the target is in
+  /// the beam; beyond `coast` also where one lying source can have moved the pointing by more than this.
+  double beam_probability_min = 0.1;
+  double coast_bound_max_rad = std::numbers::pi / 180;
+  /// How far a vehicle may be from its nominal trajectory, 1-sigma per axis: this, and a share of the way flown.
+  double nominal_sigma_m = 100;
+  double nominal_sigma_share = 0.01;
 };
 
 /// Are the sources of a target judged against each other?

@@ -79,21 +79,22 @@ enum SlavingLimit : std::uint8_t {
   LimitNone = 0,
   LimitElevation = 1,  ///< elevation held at the end of the antenna's travel: the target is outside it
   LimitAzimuth = 2,    ///< azimuth held at the end of the antenna's travel
-  LimitRate = 4,       ///< the target moves faster than the antenna's axes (keyhole)
-  LimitUnwrapped = 8,  ///< azimuth went around by a full turn since the previous command
+  LimitRate = 4,       ///< the antenna's axes are too slow for the commands: it lags behind
+  LimitUnwrapped = 8,  ///< azimuth went around since the previous command
+  LimitKeyhole = 16,   ///< near the zenith azimuth leads or lags on purpose, within what its axis can do
 };
 
 /// Where one antenna shall point at the instant `apply_at`.
 struct SlavingCommand {
   Name antenna;
   Name target;
-  Time tick;               ///< the tick that issued it
-  Time apply_at;           ///< tick + link delay + lead
-  Time valid_until;        ///< an antenna must not follow the command after this
-  Time data_epoch;         ///< newest measurement behind it
-  double age_s = 0;        ///< apply_at - data_epoch
-  double azimuth_rad = 0;  ///< unwrapped, within the antenna's travel
-  double elevation_rad = 0;
+  Time tick;                 ///< the tick that issued it
+  Time apply_at;             ///< tick + link delay + lead
+  Time valid_until;          ///< an antenna must not follow the command after this
+  Time data_epoch;           ///< newest measurement behind it; of a nominal trajectory lift-off, before that the tick
+  double age_s = 0;          ///< apply_at - data_epoch
+  double azimuth_rad = 0;    ///< unwrapped, within the antenna's travel
+  double elevation_rad = 0;  ///< beyond 90 deg: over the zenith, azimuth is then that of the back
   double range_m = 0;
   double azimuth_rate_rad_s = 0;  ///< 0 where the axis is held at the end of its travel, elevation likewise
   double elevation_rate_rad_s = 0;
@@ -105,10 +106,14 @@ struct SlavingCommand {
   double azimuth_acceleration_rad_s2 = 0;  ///< where acceleration_valid, elevation likewise
   double elevation_acceleration_rad_s2 = 0;
   bool acceleration_valid = false;
-  double probability_in_beam = 0;  ///< where probability_valid
+  double probability_in_beam =
+      0;  ///< that the target is, by its covariance and off_target_rad; where probability_valid
   bool probability_valid = false;
   double bound_rad = 0;  ///< what one lying source can do to the pointing, where bound_valid
   bool bound_valid = false;
+  /// On the sky, between the target and where the antenna can be: what is left of a blend, what the end of its travel,
+  /// its rates and accelerations cost.
+  double off_target_rad = 0;
   Name chain;  ///< of sources, where it is not all of them
 
   bool operator==(const SlavingCommand&) const = default;
