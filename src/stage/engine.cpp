@@ -6,7 +6,7 @@
 #include "impact.hpp"
 #include "ingest.hpp"
 #include "methods.hpp"
-#include "slave.hpp"
+#include "slave/slave.hpp"
 #include "source_monitor.hpp"
 
 namespace downrange {
@@ -164,7 +164,7 @@ class Engine::Impl {
   void tick(Time t) {
     if (methods_) methods_->judge(t, will(), integrity_tap_);
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
-    if (methods_ && stages_.slave) slave_.tick(t, methods_->followed(), sink_);
+    if (methods_ && stages_.slave) slave_.tick(t, methods_->followed(), ingest_.mission().liftoff(), sink_);
     if (impact_) impact_->tick(t, ingest_.mission().liftoff(), methods_->integrity(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
   }

@@ -15,6 +15,15 @@ struct Alternative {
   Eigen::Matrix3d cov = Eigen::Matrix3d::Zero();
 };
 
+/// What one source alone says of a target.
+struct LoneSource {
+  const Method* method = nullptr;
+  int target = 0;  ///< as `method` counts
+  Time newest;     ///< measurement that the method was given
+  Name chain{};
+  bool receiver = false;  ///< the vehicle's own, else a radar or tracker
+};
+
 struct Followed {
   const Method* method = nullptr;
   int target = 0;              ///< as `method` counts
@@ -22,7 +31,8 @@ struct Followed {
   Name chain{};                ///< of sources; empty: all
   std::uint64_t revision = 0;  ///< another one: what is followed may have jumped
   std::span<const Alternative> alternatives{};
-  bool bounded = false;  ///< the alternatives are all that one lying source leaves possible
+  bool bounded = false;                ///< the alternatives are all that one lying source leaves possible
+  std::span<const LoneSource> lone{};  ///< sources that are believed, each by itself
 };
 
 }  // namespace downrange

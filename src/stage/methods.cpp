@@ -1,10 +1,12 @@
 #include "methods.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <downrange/geo/polar.hpp>
 #include <string>
 
+#include "deviation.hpp"
 #include "indices.hpp"
 #include "stage/integrity/chain_plan.hpp"
 
@@ -80,13 +82,18 @@ Methods::Methods(const RangeConfig& config, const JudgeMaker& make_judge)
       integrity_(config, settings_of(config), make_judge),
       newest_(config.targets.size()),
       bias_reset_(sources_.size() * config.targets.size()),
-      residuals_(sources_.size(), radar_models(config)) {
+      residuals_(sources_.size(), radar_models(config)),
+      lone_(config.targets.size()),
+      followed_(config.targets.size()) {
   const MethodSettings settings = settings_of(config);
   for (const Name& name : config.fuse.methods)
     runners_.push_back({.name = name,
                         .method = runners_.empty() ? nullptr : make_method(name.view(), settings),
                         .published = std::vector<Published>(config.targets.size())});
   const std::string prefix = std::string(config.fuse.methods.front().view()) + "/";
+  for (std::size_t i = 0; i < lone_.size(); ++i)
+    lone_[i].sources.reserve(integrity_.others(static_cast<int>(i)).size());
+  update_followed(0);
   if (config.targets.empty()) return;
   for (const Chain& chain : integrity_.others(0))
     chain_methods_.push_back(joined_name(prefix, chain.name().view(), chain_methods_.size()));
@@ -164,7 +171,7 @@ void Methods::emit_trajectories(const Observation& o, ResultSink& sink) {
     Published& last = runner.published[static_cast<std::size_t>(target)];
     if (last.epoch == estimate->epoch && last.mean == estimate->mean) continue;
     last = {.epoch = estimate->epoch, .mean = estimate->mean};
-    emit_trajectory(author(runner, target), *estimate, o.target, o.received, sink);
+    emit_trajectory(author(runner, target), *estimate, target, o.received, sink);
   }
 }
 
@@ -174,13 +181,57 @@ void Methods::emit_trajectories_at(Time tick, ResultSink& sink) const {
     for (const Runner& runner : runners_) {
       const auto estimate = this->estimate(runner, static_cast<int>(target), tick);
       if (!estimate || tick - estimate->data_epoch > config_.fuse.coast) continue;
-      emit_trajectory(author(runner, static_cast<int>(target)), *estimate, config_.targets[target].id, tick, sink);
+      emit_trajectory(author(runner, static_cast<int>(target)), *estimate, static_cast<int>(target), tick, sink);
     }
   }
 }
 
+/// Passes results on; notes whom INTEGRITY excludes.
+class Methods::VerdictTap final : public ResultSink {
+ public:
+  VerdictTap(Methods& methods, ResultSink& sink) : methods_(methods), sink_(sink) {}
+  void emit(const Result& result) override {
+    if (const auto* integrity = std::get_if<Integrity>(&result)) note(*integrity);
+    sink_.emit(result);
+  }
+
+ private:
+  void note(const Integrity& integrity) {
+    SourceSet excluded = 0;
+    for (const SourceIntegrity& source : integrity.sources) {
+      if (source.verdict == IntegrityVerdict::Excluded) excluded |= set_of(methods_.sources_.find(source.sensor));
+    }
+    methods_.lone_[static_cast<std::size_t>(index_of(methods_.config_.targets, integrity.target))].excluded = excluded;
+  }
+
+  Methods& methods_;
+  ResultSink& sink_;
+};
+
+void Methods::update_followed(SourceSet inhibited) {
+  for (std::size_t i = 0; i < lone_.size(); ++i) {
+    const int target = static_cast<int>(i);
+    Lone& lone = lone_[i];
+    lone.sources.clear();
+    for (const Chain& chain : integrity_.others(target)) {
+      if (!chain.alone() || (chain.sources() & ~(lone.excluded | inhibited)) == 0) continue;
+      const SourceId first = std::countr_zero(chain.sources());
+      lone.sources.push_back({.method = &chain.method(),
+                              .target = chain.target_of_method(target),
+                              .newest = chain.newest(target),
+                              .chain = chain.name(),
+                              .receiver = sources_[first].kind == SourceKind::Telemetry});
+    }
+    followed_[i] = integrity_.followed()[i];
+    followed_[i].lone = lone.sources;
+  }
+}
+
 void Methods::judge(Time tick, const OperatorWill& will, ResultSink& sink) {
-  integrity_.tick(tick, will, sink);
+  liftoff_ = will.liftoff;
+  VerdictTap tap(*this, sink);
+  integrity_.tick(tick, will, tap);
+  update_followed(will.inhibited);
   if (config_.fuse.publish_chains && integrity_.judged()) emit_chains(tick, sink);
 }
 
@@ -192,7 +243,7 @@ void Methods::emit_chains(Time tick, ResultSink& sink) const {
       const auto& estimate = states[i].estimate;
       if (!estimate) continue;
       const Author author{.method = chain_methods_[i], .chain = chains[i].name()};
-      emit_trajectory(author, *estimate, config_.targets[static_cast<std::size_t>(target)].id, tick, sink);
+      emit_trajectory(author, *estimate, target, tick, sink);
     }
   }
 }
@@ -209,12 +260,13 @@ Methods::Author Methods::author(const Runner& runner, int target) const {
           .bound_m = integrity_.bound(target)};
 }
 
-void Methods::emit_trajectory(const Author& author, const TrackEstimate& estimate, const Name& target, Time received,
+void Methods::emit_trajectory(const Author& author, const TrackEstimate& estimate, int target, Time received,
                               ResultSink& sink) const {
   const auto state = estimate.mean.head(estimate.size);
   if (!state.allFinite()) return;
+  const TargetConfig& vehicle = config_.targets[static_cast<std::size_t>(target)];
   Trajectory t;
-  t.target = target;
+  t.target = vehicle.id;
   t.method = author.method;
   t.primary = author.primary;
   t.chain = author.chain;
@@ -235,6 +287,15 @@ void Methods::emit_trajectory(const Author& author, const TrackEstimate& estimat
   t.sources = estimate.sources;
   t.nis = estimate.nis;
   t.nis_dof = estimate.nis_dof;
+  if (liftoff_ && !vehicle.nominal.empty()) {
+    const double t_s = (estimate.epoch - *liftoff_).seconds();
+    if (const auto deviation =
+            deviation_from(vehicle.nominal, t_s, estimate.mean.head<3>(), estimate.cov.topLeftCorner<3, 3>())) {
+      t.deviation_m = deviation->m;
+      t.deviation_sigma_m = deviation->sigma_m;
+      t.deviation_valid = true;
+    }
+  }
   sink.emit(t);
 }
 

@@ -8,6 +8,8 @@
 #include <downrange/stage/result.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "stage/followed.hpp"
@@ -48,11 +50,17 @@ class Methods {
 
   [[nodiscard]] const IntegrityStage& integrity() const { return integrity_; }
   /// By target: what SLAVE points by.
-  [[nodiscard]] std::span<const Followed> followed() const { return integrity_.followed(); }
+  [[nodiscard]] std::span<const Followed> followed() const { return followed_; }
   /// The first method on all sources: health reports its residuals.
   [[nodiscard]] const Method& primary() const { return integrity_.all().method(); }
 
  private:
+  /// Of one target: the sources that are believed, each by itself.
+  struct Lone {
+    SourceSet excluded = 0;  ///< by INTEGRITY's newest record
+    std::vector<LoneSource> sources;
+  };
+  class VerdictTap;
   struct Published {
     Time epoch;
     Vec<9> mean = Vec<9>::Zero();
@@ -75,9 +83,10 @@ class Methods {
   [[nodiscard]] bool is_first_after_reset(const Measurement& m);
   [[nodiscard]] Author author(const Runner& runner, int target) const;
   [[nodiscard]] std::optional<TrackEstimate> estimate(const Runner& runner, int target, std::optional<Time> at) const;
-  void emit_trajectory(const Author& author, const TrackEstimate& estimate, const Name& target, Time received,
+  void emit_trajectory(const Author& author, const TrackEstimate& estimate, int target, Time received,
                        ResultSink& sink) const;
   void emit_chains(Time tick, ResultSink& sink) const;
+  void update_followed(SourceSet inhibited);
 
   RangeConfig config_;
   SourceTable sources_;
@@ -87,6 +96,9 @@ class Methods {
   std::vector<Time> newest_;         ///< per target: measurement that the methods were given, used or not
   std::vector<std::optional<Time>> bias_reset_;  ///< by source, then target: ordered, and not carried out yet
   Residuals residuals_;
+  std::optional<Time> liftoff_;  ///< as of the last tick
+  std::vector<Lone> lone_;       ///< by target
+  std::vector<Followed> followed_;
 };
 
 }  // namespace downrange

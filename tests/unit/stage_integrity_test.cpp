@@ -398,7 +398,7 @@ TEST(Integrity, AllocatesNothingInTheSteadyState) {
     const std::size_t now = allocations_of([&] {
       for (; tick <= received_of(e); tick = tick + range.tick) {
         methods.judge(tick, {}, sink);
-        slave.tick(tick, methods.followed(), sink);
+        slave.tick(tick, methods.followed(), {}, sink);
       }
       if (o.verdict == Reason::Accepted) methods.process(o, true);
     });

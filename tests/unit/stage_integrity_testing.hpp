@@ -7,7 +7,7 @@
 #include "../support/small_range.hpp"
 #include "stage/ingest.hpp"
 #include "stage/methods.hpp"
-#include "stage/slave.hpp"
+#include "stage/slave/slave.hpp"
 
 namespace downrange::test {
 
@@ -76,7 +76,7 @@ class Centre {
   void advance_to(Time now) {
     for (; next_tick_ <= now; next_tick_ = next_tick_ + range_.tick) {
       methods_.judge(next_tick_, {.forced = forced, .inhibited = inhibited, .held = held}, out);
-      slave_.tick(next_tick_, methods_.followed(), out);
+      slave_.tick(next_tick_, methods_.followed(), {}, out);
       if (after_tick) after_tick((next_tick_ - liftoff).seconds());
     }
   }

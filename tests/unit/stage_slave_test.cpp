@@ -5,13 +5,14 @@
 #include <cmath>
 #include <limits>
 
-#include "../support/small_range.hpp"
-#include "stage/slave.hpp"
+#include "stage/slave/travel.hpp"
+#include "stage_slave_testing.hpp"
 
 namespace downrange {
 namespace {
 
 using test::deg;
+using test::Told;
 
 TEST(Travel, NearestTurnInsideTheTravel) {
   const double min = -270 * deg;
@@ -22,40 +23,23 @@ TEST(Travel, NearestTurnInsideTheTravel) {
   EXPECT_NEAR(unwrap_into_travel(359 * deg, 1 * deg, min, max).azimuth_rad, -1 * deg, 1e-12);
   // Running on past 180 up to the end of the cable ...
   EXPECT_NEAR(unwrap_into_travel(200 * deg, 199 * deg, min, max).azimuth_rad, 200 * deg, 1e-12);
-  // ... and beyond it: once around, and said so.
-  const TravelAzimuth around = unwrap_into_travel(271 * deg, 269.9 * deg, min, max);
-  EXPECT_NEAR(around.azimuth_rad, -89 * deg, 1e-12);
+  // ... and a little beyond it, where a target may hover ...
+  const TravelAzimuth hovers = unwrap_into_travel(270.9 * deg, 269.9 * deg, min, max);
+  EXPECT_EQ(hovers.azimuth_rad, max);
+  EXPECT_EQ(hovers.limits, LimitAzimuth);
+  // ... and farther: once around, and said so.
+  const TravelAzimuth around = unwrap_into_travel(271.1 * deg, 269.9 * deg, min, max);
+  EXPECT_NEAR(around.azimuth_rad, -88.9 * deg, 1e-12);
   EXPECT_EQ(around.limits, LimitUnwrapped);
   // Less than a full turn of travel: the end that is nearer.
   const TravelAzimuth held = unwrap_into_travel(100 * deg, std::nullopt, -80 * deg, 80 * deg);
   EXPECT_NEAR(held.azimuth_rad, 80 * deg, 1e-12);
   EXPECT_EQ(held.limits, LimitAzimuth);
+  // Opposite to the middle of the travel the end that is held stays.
+  EXPECT_EQ(unwrap_into_travel(179.5 * deg, -80 * deg, -80 * deg, 80 * deg).azimuth_rad, -80 * deg);
+  EXPECT_EQ(unwrap_into_travel(-179.5 * deg, 80 * deg, -80 * deg, 80 * deg).azimuth_rad, 80 * deg);
+  EXPECT_EQ(unwrap_into_travel(178.5 * deg, -80 * deg, -80 * deg, 80 * deg).azimuth_rad, 80 * deg);
 }
-
-/// A method whose tracks are what the test says.
-struct Told final : Method {
-  void start(int, Time, const Gaussian<9>&) override {}
-  Outcome process(const Measurement&, Time) override { return {}; }
-  std::optional<TrackEstimate> fused(int, std::optional<Time> at) const override {
-    ++asked;
-    return moved(fused_track, at);
-  }
-  std::optional<TrackEstimate> gps_track(int, Time at) const override { return moved(gps, at); }
-  BiasEstimate bias(int) const override { return {}; }
-  const SourceAccount& account(int) const override { return none; }
-
-  static std::optional<TrackEstimate> moved(std::optional<TrackEstimate> e, std::optional<Time> at) {
-    if (e && at) {
-      e->mean.head<3>() += e->mean.segment<3>(3) * (*at - e->epoch).seconds();
-      e->epoch = *at;
-    }
-    return e;
-  }
-  std::optional<TrackEstimate> fused_track;
-  std::optional<TrackEstimate> gps;
-  SourceAccount none;
-  mutable int asked = 0;
-};
 
 /// Measurements that come in all the time.
 const Time newest = test::liftoff + seconds(60.0);
@@ -78,7 +62,7 @@ TEST(Slave, PointsAtTheTargetFromItsOwnSiteAtTheInstantOfApplication) {
   Slave slave(range);
   test::Collector out;
   const Time tick = test::liftoff + seconds(60.0);
-  slave.tick(tick, only(method), out);
+  slave.tick(tick, only(method), {}, out);
   const auto commands = out.of<SlavingCommand>();
   ASSERT_EQ(commands.size(), range.antennas.size());
   for (std::size_t i = 0; i < commands.size(); ++i) {
@@ -119,7 +103,7 @@ TEST(Slave, LadderOfSources) {
       method.gps->data_epoch = tick - *gps_age;
     }
     test::Collector out;
-    Slave(range).tick(tick, only(method), out);
+    Slave(range).tick(tick, only(method), {}, out);
     const auto commands = out.of<SlavingCommand>();
     if (commands.empty()) return std::nullopt;
     return commands[0].source;
@@ -138,7 +122,7 @@ TEST(Slave, AsksNothingOfATargetTooLongSilent) {
     Told method;
     method.fused_track = estimate_at(60);
     test::Collector out;
-    Slave(range).tick(newest + silence, only(method), out);
+    Slave(range).tick(newest + silence, only(method), {}, out);
     return method.asked;
   };
   EXPECT_EQ(asked_at(range.slave.coast), 2);  // one for each antenna
@@ -153,7 +137,7 @@ TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
     method.fused_track = estimate_at(60);
     change(*method.fused_track);
     test::Collector out;
-    Slave(range).tick(tick, only(method), out);
+    Slave(range).tick(tick, only(method), {}, out);
     return out.of<SlavingCommand>().size();
   };
   EXPECT_EQ(commands_with([](TrackEstimate&) {}), 2u);
@@ -170,16 +154,14 @@ TEST(Slave, NoCommandFromAnEstimateThatIsNotOne) {
 TEST(Slave, HoldsTheEndOfTravelAndSaysSo) {
   RangeConfig range = test::small_range();
   range.antennas[0].elevation_max_rad = 10 * deg;
-  range.antennas[0].elevation_rate_max_rad_s = 1e-6;
   Told method;
   method.fused_track = estimate_at(20);
   test::Collector out;
-  Slave(range).tick(test::liftoff + seconds(20.0), only(method), out);
+  Slave(range).tick(test::liftoff + seconds(20.0), only(method), {}, out);
   const SlavingCommand c = out.of<SlavingCommand>().at(0);
   EXPECT_EQ(c.elevation_rad, 10 * deg);
-  EXPECT_EQ(c.limits & LimitElevation, LimitElevation);
+  EXPECT_EQ(c.limits, LimitElevation);
   EXPECT_EQ(c.elevation_rate_rad_s, 0);  // the target's own rate would drive the antenna into its stop
-  EXPECT_EQ(c.limits & LimitRate, LimitRate);
   EXPECT_EQ(out.of<SlavingCommand>().at(1).limits, LimitNone);
 }
 
@@ -195,7 +177,7 @@ std::vector<SlavingCommand> commands(const RangeConfig& range, int ticks, const 
   test::Collector out;
   for (int i = 0; i < ticks; ++i) {
     const Followed followed = follow(i);
-    slave.tick(test::liftoff + seconds(60 + 0.025 * i), std::span(&followed, 1), out);
+    slave.tick(test::liftoff + seconds(60 + 0.025 * i), std::span(&followed, 1), {}, out);
   }
   std::vector<SlavingCommand> of_first;
   for (const SlavingCommand& c : out.of<SlavingCommand>()) {

@@ -1,0 +1,239 @@
+#include "stage/slave/antenna_pointing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "stage/indices.hpp"
+#include "stage/integrity/bound.hpp"
+#include "stage/slave/beam.hpp"
+#include "stage/slave/turn.hpp"
+
+namespace downrange {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double degree = pi / 180;
+/// The antenna lags behind its commands where it is farther from them than this, on the sky.
+constexpr double lags_rad = 0.02 * degree;
+/// A turn is chosen for good when the velocity is known to this.
+constexpr double known_velocity_m_s = 100;
+/// A seam closes at this share of the azimuth's rate, which a plan leaves free; a wider one is a step that was meant.
+constexpr double seam_rate = 0.04;
+constexpr double widest_seam_rad = 10 * degree;
+
+std::unique_ptr<const RefractionTable> air_over(const AntennaConfig& antenna) {
+  if (antenna.refractivity == 0) return nullptr;
+  return std::make_unique<RefractionTable>(atmosphere_over(antenna.site.geodetic(), antenna.refractivity));
+}
+
+bool velocity_is_known(const TrackEstimate& e) {
+  return e.cov.block<3, 3>(3, 3).trace() < known_velocity_m_s * known_velocity_m_s;
+}
+
+/// On the sky, as seen from the look: across and up.
+Eigen::Vector2d offset_on_sky(const Look& look, double azimuth_rad, double elevation_rad, double angle_rad) {
+  const double da = azimuth_rad - look.azimuth.angle_rad;
+  const double ce = std::cos(elevation_rad);
+  const double se = std::sin(elevation_rad);
+  const double across = ce * std::sin(da);
+  const double up = se * std::cos(look.elevation.angle_rad) - ce * std::cos(da) * std::sin(look.elevation.angle_rad);
+  const double length = std::hypot(across, up);
+  if (!(length > 0)) return {angle_rad, 0};
+  return angle_rad / length * Eigen::Vector2d(across, up);
+}
+
+}  // namespace
+
+AntennaPointing::AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range)
+    : antenna_(antenna),
+      range_(range),
+      target_(antenna.target.empty() ? 0 : index_of(range.targets, antenna.target)),
+      air_(air_over(antenna)),
+      horizon_(antenna.elevation_min_rad, antenna.horizon),
+      ladder_(antenna, range.slave, air_.get()),
+      blend_(range.slave.blend_rate_rad_s),
+      keyhole_(antenna),
+      azimuth_axis_({antenna.azimuth_rate_max_rad_s, antenna.azimuth_acceleration_max_rad_s2}),
+      elevation_axis_({antenna.elevation_rate_max_rad_s, antenna.elevation_acceleration_max_rad_s2}) {}
+
+std::optional<Aim> AntennaPointing::aim(const Followed& followed, std::optional<Time> liftoff, Time tick) {
+  const NominalTrajectory& nominal = range_.targets[static_cast<std::size_t>(target_)].nominal;
+  return ladder_.choose(followed, nominal, liftoff, tick, apply_at(tick));
+}
+
+void AntennaPointing::choose_turn_of_pass() {
+  const auto turn = choose_turn(pass_.points(), antenna_, turn_rad_);
+  if (!turn) return;
+  turn_rad_ = pass_.points().front().azimuth_rad + turn->offset_rad;
+  over_ = turn->over;
+}
+
+void AntennaPointing::plan(const Aim& aim, const TargetPath& path, Time tick, bool resumes) {
+  if (!resumes && planned_ && tick - *planned_ < planned_every) return;
+  planned_ = tick;
+  pass_.see(path.path(), antenna_.site, air_.get(), antenna_.elevation_min_rad);
+  const bool known = path.timed() && velocity_is_known(aim.estimate);
+  if (resumes || (known && !turn_settled_)) choose_turn_of_pass();
+  turn_settled_ = known || (turn_settled_ && !resumes);
+  if (path.timed() && last_ && !resumes) {
+    const double azimuth = last_->axes.azimuth.at((tick - last_->tick).seconds());
+    keyhole_.make(path.path(), pass_, antenna_.site, air_.get(), apply_at(tick), azimuth);
+  } else {
+    keyhole_.clear();
+  }
+}
+
+Axes AntennaPointing::axes_of_plan(const AxisMotion& own, const AxisMotion& azimuth,
+                                   const AxisMotion& elevation) const {
+  constexpr double h_s = 0.01;
+  Axes axes;
+  axes.azimuth = own;
+  const auto nearest = [&](double dt_s) {
+    return nearest_elevation(axes.azimuth.at(dt_s) - azimuth.at(dt_s), elevation.at(dt_s), antenna_.elevation_max_rad);
+  };
+  const double now = nearest(0);
+  const double later = nearest(h_s);
+  const double earlier = nearest(-h_s);
+  axes.elevation = {now, (later - earlier) / (2 * h_s), (later - 2 * now + earlier) / (h_s * h_s)};
+  axes.limits = LimitKeyhole;
+  return axes;
+}
+
+Axes AntennaPointing::axes_of_target(const AxisMotion& azimuth, const AxisMotion& elevation) {
+  const auto inside = [&](const Axes& axes) {
+    return unwrap_into_travel(axes.azimuth.angle_rad, turn_rad_, antenna_.azimuth_min_rad, antenna_.azimuth_max_rad);
+  };
+  const Axes upright{.azimuth = azimuth, .elevation = elevation};
+  Axes axes = over_ ? over_the_zenith(upright) : upright;
+  TravelAzimuth travelled = inside(axes);
+  if (travelled.limits == LimitUnwrapped) {
+    // It must go around: where to, says the rest of the pass.
+    choose_turn_of_pass();
+    axes = over_ ? over_the_zenith(upright) : upright;
+    travelled = inside(axes);
+  }
+  axes.azimuth.angle_rad = travelled.azimuth_rad;
+  // A held axis stands still: an antenna that feeds the rate forward must not run into its stop.
+  if (travelled.limits & LimitAzimuth) axes.azimuth = {.angle_rad = travelled.azimuth_rad};
+  axes.limits = travelled.limits & LimitAzimuth;
+  const bool around = last_ && !keyhole_.active(apply_at(last_->tick)) &&
+                      std::abs(axes.azimuth.angle_rad - last_->axes.azimuth.angle_rad) > pi &&
+                      elevation.angle_rad < pi / 2;
+  if (around || (last_ && travelled.limits & LimitUnwrapped)) axes.limits |= LimitUnwrapped;
+  return axes;
+}
+
+void AntennaPointing::mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick, bool resumes) {
+  const std::uint64_t before = std::exchange(seam_.plan, plan);
+  if (!last_ || resumes) {
+    seam_.off_rad = 0;
+    return;
+  }
+  const double dt = (tick - last_->tick).seconds();
+  if (before != plan) {
+    seam_.off_rad = last_->axes.azimuth.at(dt) - azimuth.angle_rad;
+    if (std::abs(seam_.off_rad) > widest_seam_rad) seam_.off_rad = 0;
+  }
+  const double step = seam_rate * antenna_.azimuth_rate_max_rad_s * dt;
+  const double left = std::copysign(std::max(std::abs(seam_.off_rad) - step, 0.0), seam_.off_rad);
+  azimuth.rate_rad_s += (left - seam_.off_rad) / dt;
+  azimuth.angle_rad += left;
+  seam_.off_rad = left;
+}
+
+void AntennaPointing::follow(const Axes& axes, Time tick, bool resumes) {
+  if (!last_) {
+    azimuth_axis_.put(axes.azimuth);
+    elevation_axis_.put(axes.elevation);
+    return;
+  }
+  if (resumes) {
+    azimuth_axis_.stop();
+    elevation_axis_.stop();
+  }
+  const double dt = resumes ? range_.tick.seconds() : (tick - last_->tick).seconds();
+  azimuth_axis_.follow(axes.azimuth, dt);
+  elevation_axis_.follow(axes.elevation, dt);
+}
+
+std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Followed& followed, const TargetPath& path,
+                                                       Time tick) {
+  const bool resumes = !last_ || tick - last_->tick > longest_blended_gap;
+  plan(aim, path, tick, resumes);
+  const Time at = apply_at(tick);
+  const Look& look = aim.look;
+  AxisMotion azimuth = look.azimuth;
+  AxisMotion elevation = look.elevation;
+  blend_.apply(tick, aim.origin, azimuth, elevation);
+  Axes axes;
+  if (keyhole_.active(at)) {
+    AxisMotion own = keyhole_.azimuth(at);
+    mend_seam(own, keyhole_.made(), tick, resumes);
+    axes = axes_of_plan(own, azimuth, elevation);
+  } else {
+    if (seam_.plan != 0) over_ = std::cos(last_->axes.azimuth.angle_rad - azimuth.angle_rad) < 0;
+    axes = axes_of_target(azimuth, elevation);
+    if (seam_.plan != 0 || seam_.off_rad != 0) mend_seam(axes.azimuth, 0, tick, resumes);
+  }
+  hold_elevation(axes, horizon_, antenna_.elevation_max_rad);
+  follow(axes, tick, resumes);
+  const double azimuth_lag = axes.azimuth.angle_rad - azimuth_axis_.angle_rad();
+  const double elevation_lag = axes.elevation.angle_rad - elevation_axis_.angle_rad();
+  if (std::hypot(azimuth_lag * std::cos(axes.elevation.angle_rad), elevation_lag) > lags_rad) axes.limits |= LimitRate;
+
+  SlavingCommand c;
+  c.antenna = antenna_.id;
+  c.target = range_.targets[static_cast<std::size_t>(target_)].id;
+  c.tick = tick;
+  c.apply_at = at;
+  c.valid_until = at + range_.slave.validity;
+  c.data_epoch = aim.estimate.data_epoch;
+  c.age_s = (at - c.data_epoch).seconds();
+  c.source = aim.origin.source;
+  c.chain = aim.origin.chain;
+  c.limits = axes.limits;
+  c.range_m = look.range_m;
+  c.range_rate_m_s = look.range_rate_m_s;
+  c.azimuth_rad = axes.azimuth.angle_rad;
+  c.azimuth_rate_rad_s = axes.azimuth.rate_rad_s;
+  c.elevation_rad = axes.elevation.angle_rad;
+  c.elevation_rate_rad_s = axes.elevation.rate_rad_s;
+  c.acceleration_valid = look.acceleration_valid;
+  if (c.acceleration_valid) {
+    c.azimuth_acceleration_rad_s2 = axes.azimuth.acceleration_rad_s2;
+    c.elevation_acceleration_rad_s2 = axes.elevation.acceleration_rad_s2;
+  }
+  c.sigma_azimuth_rad = look.sigma_azimuth_rad;
+  c.sigma_elevation_rad = look.sigma_elevation_rad;
+  c.off_target_rad = separation_rad(azimuth_axis_.angle_rad(), elevation_axis_.angle_rad(), look.azimuth.angle_rad,
+                                    look.elevation.angle_rad);
+  c.probability_valid = antenna_.beamwidth_rad > 0;
+  if (c.probability_valid) {
+    const Eigen::Vector2d off =
+        offset_on_sky(look, azimuth_axis_.angle_rad(), elevation_axis_.angle_rad(), c.off_target_rad);
+    c.probability_in_beam = probability_in_disc(off, look.sky, antenna_.beamwidth_rad / 2);
+  }
+  c.bound_valid = aim.bounded;
+  if (aim.bounded) {
+    const bool over = c.elevation_rad > pi / 2;
+    const double unbent = c.elevation_rad + (over ? look.refraction_rad : -look.refraction_rad);
+    const Eigen::Matrix3d R_ecef_enu = antenna_.site.R_enu_ecef().R.transpose();
+    const Eigen::Vector3d commanded = R_ecef_enu * enu_from_polar({1, c.azimuth_rad, unbent}).m;
+    c.bound_rad = bound_rad(followed.alternatives, commanded, R_ecef_enu * look.line.m);
+  }
+  if (aim.bounded || c.source == SlavingSource::Fused) ladder_.note_bound(c.bound_rad);
+  const bool finite = std::isfinite(c.azimuth_rad) && std::isfinite(c.elevation_rad) &&
+                      std::isfinite(c.azimuth_rate_rad_s) && std::isfinite(c.elevation_rate_rad_s) &&
+                      std::isfinite(c.azimuth_acceleration_rad_s2) && std::isfinite(c.elevation_acceleration_rad_s2) &&
+                      std::isfinite(c.range_rate_m_s) && std::isfinite(c.sigma_azimuth_rad) &&
+                      std::isfinite(c.sigma_elevation_rad) && std::isfinite(c.off_target_rad) &&
+                      std::isfinite(c.probability_in_beam);
+  if (!finite) return std::nullopt;
+  last_ = Last{tick, axes};
+  turn_rad_ = c.azimuth_rad;
+  return c;
+}
+
+}  // namespace downrange

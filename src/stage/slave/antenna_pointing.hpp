@@ -1,0 +1,74 @@
+#pragma once
+/// The commands of one antenna.
+
+#include <downrange/stage/range_config.hpp>
+#include <downrange/stage/result.hpp>
+#include <memory>
+#include <optional>
+
+#include "stage/slave/blend.hpp"
+#include "stage/slave/keyhole.hpp"
+#include "stage/slave/ladder.hpp"
+#include "stage/slave/mount.hpp"
+#include "stage/slave/target_path.hpp"
+#include "stage/slave/travel.hpp"
+
+namespace downrange {
+
+class AntennaPointing {
+ public:
+  /// Both must outlive it. Traces a refraction table where the antenna has a refractivity (50 ms).
+  AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range);
+
+  [[nodiscard]] int target() const { return target_; }
+  [[nodiscard]] Time apply_at(Time tick) const { return tick + antenna_.link_delay + antenna_.lead; }
+
+  /// What to follow at this tick; nothing: no command.
+  [[nodiscard]] std::optional<Aim> aim(const Followed& followed, std::optional<Time> liftoff, Time tick);
+
+  /// The command for that aim, planned by where the target will be. Nothing where it would not be finite.
+  [[nodiscard]] std::optional<SlavingCommand> command(const Aim& aim, const Followed& followed, const TargetPath& path,
+                                                      Time tick);
+
+ private:
+  /// What was commanded last.
+  struct Last {
+    Time tick;
+    Axes axes;
+  };
+  /// From one way to tell the azimuth to another (the target's, a plan's, a newer plan's) without a step.
+  struct Seam {
+    std::uint64_t plan = 0;  ///< whose azimuth it is; 0: the target's
+    double off_rad = 0;
+  };
+
+  void plan(const Aim& aim, const TargetPath& path, Time tick, bool resumes);
+  void choose_turn_of_pass();
+  /// `own`: of the azimuth axis, as planned; azimuth and elevation: of the target.
+  [[nodiscard]] Axes axes_of_plan(const AxisMotion& own, const AxisMotion& azimuth, const AxisMotion& elevation) const;
+  [[nodiscard]] Axes axes_of_target(const AxisMotion& azimuth, const AxisMotion& elevation);
+  /// No step where the azimuth is told by another plan than at the last tick.
+  void mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick, bool resumes);
+  void follow(const Axes& axes, Time tick, bool resumes);
+
+  const AntennaConfig& antenna_;
+  const RangeConfig& range_;
+  int target_;
+  std::unique_ptr<const RefractionTable> air_;
+  Horizon horizon_;
+  Ladder ladder_;
+  Blend blend_;
+  Pass pass_;
+  KeyholePlan keyhole_;
+  FollowingAxis azimuth_axis_;
+  FollowingAxis elevation_axis_;
+
+  std::optional<Last> last_;
+  std::optional<Time> planned_;
+  std::optional<double> turn_rad_;  ///< an azimuth of the turn that is followed
+  bool over_ = false;               ///< with both axes over the zenith
+  bool turn_settled_ = false;       ///< chosen when it was known where the target flies
+  Seam seam_;
+};
+
+}  // namespace downrange

@@ -1,0 +1,60 @@
+#include "stage/slaving_notes.hpp"
+
+#include <utility>
+
+namespace downrange {
+namespace {
+
+constexpr Duration told_after = milliseconds(1000);
+
+}  // namespace
+
+std::string followed_text(const SlavingCommand& command) {
+  const std::string chain = command.chain.empty() ? "" : " (" + std::string(command.chain.view()) + ')';
+  switch (command.source) {
+    case SlavingSource::Fused:
+      return "the fused track" + chain;
+    case SlavingSource::Coasting:
+      return "the coasting track" + chain;
+    case SlavingSource::SingleSensor:
+      return "one source alone" + chain;
+    case SlavingSource::Gps:
+      return "GPS alone" + chain;
+    case SlavingSource::Nominal:
+      return "the nominal trajectory";
+  }
+  return {};
+}
+
+std::string SlavingNotes::change(const SlavingCommand& command) {
+  const auto [place, first] = told_.try_emplace(command.antenna);
+  Told& told = place->second;
+  told.newest = command.tick;
+  if (command.source != SlavingSource::Coasting) {
+    told.coasts_since.reset();
+  } else {
+    if (!told.coasts_since) told.coasts_since = command.tick;
+    if (told.commanded && command.tick - *told.coasts_since < told_after) return {};
+  }
+  const bool alone = command.source == SlavingSource::SingleSensor;
+  const Name chain = alone ? command.chain : Name{};  // INTEGRITY tells of the others
+  const bool commanded = std::exchange(told.commanded, true);
+  if (commanded && told.source == command.source && told.chain == chain) return {};
+  told.source = command.source;
+  told.chain = chain;
+  return std::string(command.antenna.view()) + " follows " + std::string(command.target.view()) + " by " +
+         followed_text(command);
+}
+
+std::vector<std::string> SlavingNotes::ends(Time now) {
+  std::vector<std::string> sentences;
+  for (auto& [antenna, told] : told_) {
+    if (!told.commanded || now - told.newest < told_after) continue;
+    told.commanded = false;
+    told.coasts_since.reset();
+    sentences.push_back(std::string(antenna.view()) + " has no command any more: nothing is left to follow");
+  }
+  return sentences;
+}
+
+}  // namespace downrange
