@@ -274,6 +274,53 @@ TEST(Mount, PassesTheZenithAsWellAsItsAzimuthCan) {
   }
 }
 
+/// Neither the instant at which the plan is made matters, nor that the track is noisy (0.01 deg, once in 0.1 s).
+TEST(Mount, PassesTheZenithByANoisyTrackFromAnyInstantOn) {
+  std::mt19937_64 rng(3);
+  std::normal_distribution<double> normal;
+  for (const double elevation_max : {90.0, 180.0}) {
+    RangeConfig range = mount_range();
+    AntennaConfig& antenna = range.antennas[0];
+    antenna.elevation_max_rad = elevation_max * deg;
+    const Fall exact = orbit_pass(antenna.site, 89.6 * deg, 77 * deg);
+    const double best = best_possible(antenna, exact, antenna.elevation_max_rad);
+    for (const double phase : {0.0, 0.225, 0.45, 0.675, 0.9}) {
+      Eigen::Vector3d off = Eigen::Vector3d::Zero();
+      Eigen::Vector3d drift = Eigen::Vector3d::Zero();
+      Slave slave(range);
+      Mount mount;
+      double worst = 0;
+      for (Time tick = liftoff - seconds(60 - phase); tick < liftoff + seconds(30); tick = tick + range.tick) {
+        if (tick.ns % 100'000'000 == 0) {
+          for (int k = 0; k < 3; ++k) {
+            off[k] = 70 * normal(rng);
+            drift[k] = 10 * normal(rng);
+          }
+        }
+        Knows method;
+        method.path = [&](double t) {
+          PositionVelocity x = exact(t);
+          x.position.m += off;
+          x.velocity.m_s += drift;
+          return x;
+        };
+        method.data_epoch = tick;
+        const Followed followed{.method = &method, .newest = tick};
+        Collector out;
+        slave.tick(tick, std::span(&followed, 1), liftoff, out);
+        mount.take(out.of<SlavingCommand>().at(0));
+        for (int i = 1; i <= 5; ++i) {
+          const Time t = tick + antenna.link_delay + antenna.lead + seconds(i * 0.005);
+          mount.step(t, 0.005);
+          const Polar q = polar_from_enu(antenna.site.enu_of(exact((t - liftoff).seconds()).position));
+          if (tick > liftoff - seconds(55)) worst = std::max(worst, mount.off(q));
+        }
+      }
+      EXPECT_LE(worst, 1.2 * best + 0.05 * deg) << elevation_max << ' ' << phase << ' ' << best / deg;
+    }
+  }
+}
+
 TEST(Mount, BesideTheZenithNothingIsPlanned) {
   RangeConfig range = mount_range();
   Knows method;

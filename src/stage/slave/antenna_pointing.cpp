@@ -19,6 +19,8 @@ constexpr double degree = pi / 180;
 constexpr double lags_rad = 0.02 * degree;
 /// A turn is chosen for good when the velocity is known to this.
 constexpr double known_velocity_m_s = 100;
+/// Above, the target's own azimuth may turn by that much.
+constexpr double turns_fast_above_rad = 80 * degree;
 /// A seam closes at this share of the azimuth's rate, which a plan leaves free; a wider one is a step that was meant.
 constexpr double seam_rate = 0.04;
 constexpr double widest_seam_rad = 10 * degree;
@@ -72,14 +74,14 @@ void AntennaPointing::choose_turn_of_pass() {
 
 void AntennaPointing::plan(const Aim& aim, const TargetPath& path, Time tick, bool resumes) {
   if (!resumes && planned_ && tick - *planned_ < planned_every) return;
-  planned_ = tick;
+  planned_ = resumes ? std::nullopt : std::optional(tick);  // a pass that is under way is planned with the next tick
   pass_.see(path.path(), antenna_.site, air_.get(), antenna_.elevation_min_rad);
   const bool known = path.timed() && velocity_is_known(aim.estimate);
   if (resumes || (known && !turn_settled_)) choose_turn_of_pass();
   turn_settled_ = known || (turn_settled_ && !resumes);
   if (path.timed() && last_ && !resumes) {
     const double azimuth = last_->axes.azimuth.at((tick - last_->tick).seconds());
-    keyhole_.make(path.path(), pass_, antenna_.site, air_.get(), apply_at(tick), azimuth);
+    keyhole_.make(path.path(), pass_, antenna_.site, air_.get(), apply_at(tick), azimuth, over_);
   } else {
     keyhole_.clear();
   }
@@ -119,8 +121,8 @@ Axes AntennaPointing::axes_of_target(const AxisMotion& azimuth, const AxisMotion
   if (travelled.limits & LimitAzimuth) axes.azimuth = {.angle_rad = travelled.azimuth_rad};
   axes.limits = travelled.limits & LimitAzimuth;
   const bool around = last_ && !keyhole_.active(apply_at(last_->tick)) &&
-                      std::abs(axes.azimuth.angle_rad - last_->axes.azimuth.angle_rad) > pi &&
-                      elevation.angle_rad < pi / 2;
+                      std::abs(axes.azimuth.angle_rad - last_->axes.azimuth.angle_rad) > 0.75 * pi &&
+                      elevation.angle_rad < turns_fast_above_rad;
   if (around || (last_ && travelled.limits & LimitUnwrapped)) axes.limits |= LimitUnwrapped;
   return axes;
 }
@@ -177,6 +179,7 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
     axes = axes_of_target(azimuth, elevation);
     if (seam_.plan != 0 || seam_.off_rad != 0) mend_seam(axes.azimuth, 0, tick, resumes);
   }
+  axes.azimuth.angle_rad = std::clamp(axes.azimuth.angle_rad, antenna_.azimuth_min_rad, antenna_.azimuth_max_rad);
   hold_elevation(axes, horizon_, antenna_.elevation_max_rad);
   follow(axes, tick, resumes);
   const double azimuth_lag = axes.azimuth.angle_rad - azimuth_axis_.angle_rad();

@@ -18,11 +18,14 @@ constexpr double ahead_s = 10;
 /// Rates that are tried, in those of the axis: what the full one leaves is for corrections under way.
 constexpr std::array rates{0.96, 0.7, 0.45};
 /// The azimuth is the plan's where that is farther from the target than this, on the sky.
-constexpr double leaves_target_rad = 1e-4;
+constexpr double leaves_target_rad = 1e-5;
 /// Below this nothing turns fast.
 constexpr double least_elevation_rad = pi / 4;
 /// What the axis is off a plan that is replaced fades away in this time.
 constexpr double fades_in_s = 2;
+/// A plan under way is kept while its error is what was planned: this share, and this, more.
+constexpr double kept_share = 1.1;
+constexpr double kept_rad = 0.02 * pi / 180;
 /// A plan over the other side must be better by this to replace one that is under way.
 constexpr double better_by = 0.8;
 
@@ -48,19 +51,17 @@ KeyholePlan::KeyholePlan(const AntennaConfig& antenna)
       best_(most_points),
       sum_(most_points + 1) {}
 
-/// How far the azimuth may be from the target's for an error on the sky; negative: not at all.
-double KeyholePlan::tube(const Point& point, double error) const {
+double KeyholePlan::tube(const Point& point, double error, double sine) const {
   constexpr double anywhere = 1e3;
-  const double across = std::cos(point.elevation);
   const double top = antenna_.elevation_max_rad;
-  if (std::sin(error) >= across) {
+  if (sine >= point.across) {
     if (top >= pi / 2) return anywhere;  // at the zenith itself it is near enough
   } else {
-    const double off = std::asin(std::sin(error) / across);
-    if (nearest_elevation(off, point.elevation, pi) <= top) return off;
+    const double off = std::asin(sine / point.across);
+    if (top >= pi / 2 || nearest_elevation(off, point.elevation, pi) <= top) return off;
   }
   // Held at the end of the elevation's travel.
-  const double c = (std::cos(error) - std::sin(point.elevation) * std::sin(top)) / (across * std::cos(top));
+  const double c = (std::cos(error) - std::sin(point.elevation) * std::sin(top)) / (point.across * std::cos(top));
   if (c > 1) return -1;
   return c < -1 ? anywhere : std::acos(c);
 }
@@ -91,6 +92,7 @@ bool KeyholePlan::look_ahead(const PredictedPath& path, const Pass& pass, const 
     Point& p = points_[k];
     p.azimuth = i == 0 ? seen.azimuth_rad : points_[k - 1].azimuth + wrap_pi(seen.azimuth_rad - points_[k - 1].azimuth);
     p.elevation = seen.elevation_rad;
+    p.across = std::cos(p.elevation);
     p.wanted = under_way ? azimuth(path.from() + seconds(seen.s)).angle_rad : std::numeric_limits<double>::quiet_NaN();
     if (p.elevation > points_[static_cast<std::size_t>(crossing_)].elevation) crossing_ = i;
     if (i > 0) fastest = std::max(fastest, std::abs(p.azimuth - points_[k - 1].azimuth) / dt_s);
@@ -106,7 +108,7 @@ bool KeyholePlan::look_ahead(const PredictedPath& path, const Pass& pass, const 
 }
 
 void KeyholePlan::make(const PredictedPath& path, const Pass& pass, const Site& site, const RefractionTable* air,
-                       Time now, double azimuth_rad) {
+                       Time now, double azimuth_rad, bool over) {
   if (antenna_.azimuth_acceleration_max_rad_s2 <= 0 || path.empty() || pass.points().empty()) return clear();
   const double now_s = (now - path.from()).seconds();
   const bool under_way = active(now);
@@ -116,13 +118,18 @@ void KeyholePlan::make(const PredictedPath& path, const Pass& pass, const Site& 
     const auto i = static_cast<std::size_t>(std::lround(index_of(now)));
     centre_now = best_[i].centre;
   }
+  if (under_way && error_ahead(path, site, air, now) <= kept_share * worst_rad_ + kept_rad) return;
   const bool crossed = under_way && index_of(now) > crossing_;
   const double old_flip = flip_;
   if (!look_ahead(path, pass, site, air, now_s, under_way)) return clear();
   const PassPoint seen = seen_at(path, now_s, site, air);
-  const double reference = centre_now.value_or(azimuth_rad);
-  // Half turns: over the zenith the axis points at the target's back.
-  const double centre = seen.azimuth_rad + pi * std::round((reference - seen.azimuth_rad) / pi);
+  // Over the zenith the axis points half a turn away from the target; a plan under way knows whether it is.
+  const auto nearest_turn = [&](double reference, double half, double turn) {
+    const double at = seen.azimuth_rad + half;
+    return at + turn * std::round((reference - at) / turn);
+  };
+  const double centre =
+      centre_now ? nearest_turn(*centre_now, 0, pi) : nearest_turn(azimuth_rad, over ? pi : 0, 2 * pi);
   // From now to the begin of the window the target's azimuth goes on continuously.
   const auto first = pass.points().front();
   double begin_azimuth = seen.azimuth_rad;
@@ -147,7 +154,7 @@ void KeyholePlan::make(const PredictedPath& path, const Pass& pass, const Site& 
   for (const double flip : {0.0, -pi, pi}) {
     if (flip != 0 && (!plunges || crossed)) continue;
     for (const double share : rates) {
-      double error = plan(flip, share * antenna_.azimuth_rate_max_rad_s);
+      double error = plan(flip, share * antenna_.azimuth_rate_max_rad_s, best.error);
       if (under_way && !crossed && flip == old_flip) error *= better_by;
       if (!(error < best.error)) continue;
       best = {error, flip};
@@ -156,6 +163,7 @@ void KeyholePlan::make(const PredictedPath& path, const Pass& pass, const Site& 
       for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
         points_[i].azimuth = best_[i].azimuth;
         points_[i].elevation = best_[i].elevation;
+        points_[i].across = best_[i].across;
         points_[i].wanted = best_[i].wanted;
       }
     }
@@ -179,9 +187,10 @@ void KeyholePlan::make(const PredictedPath& path, const Pass& pass, const Site& 
 
 bool KeyholePlan::passes(double error, double rate) {
   const double most = rate * dt_s_;
+  const double sine = std::sin(error);
   for (int i = count_ - 1; i >= 0; --i) {
     Point& p = points_[static_cast<std::size_t>(i)];
-    const double off = tube(p, error);
+    const double off = tube(p, error, sine);
     p.low = std::max(p.centre - off, antenna_.azimuth_min_rad);
     p.high = std::min(p.centre + off, antenna_.azimuth_max_rad);
     if (i == count_ - 1) {
@@ -202,7 +211,7 @@ bool KeyholePlan::passes(double error, double rate) {
   return points_.front().low <= first_centre_ && first_centre_ <= points_.front().high;
 }
 
-double KeyholePlan::plan(double flip, double rate) {
+double KeyholePlan::plan(double flip, double rate, double most_error) {
   points_[0].centre = first_centre_;
   for (int i = 1; i < count_; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -210,9 +219,9 @@ double KeyholePlan::plan(double flip, double rate) {
     if (i == crossing_) points_[k].centre += flip;
   }
   double impossible = 0;
-  double possible = pi / 2;
+  double possible = std::min(pi / 2, most_error);
   if (!passes(possible, rate)) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 16; ++i) {
+  for (int i = 0; i < 14; ++i) {
     const double middle = (impossible + possible) / 2;
     (passes(middle, rate) ? possible : impossible) = middle;
   }
@@ -255,6 +264,18 @@ void KeyholePlan::smooth() {
     const double sum = sum_[static_cast<std::size_t>(i + reach + 1)] - sum_[static_cast<std::size_t>(i - reach)];
     points_[static_cast<std::size_t>(i)].planned = sum / (2 * reach + 1);
   }
+}
+
+double KeyholePlan::error_ahead(const PredictedPath& path, const Site& site, const RefractionTable* air,
+                                Time now) const {
+  double worst = 0;
+  for (int i = static_cast<int>(index_of(now)); i <= std::min(last_ + 1, used_ - 1); ++i) {
+    const Time t = begin_ + seconds(dt_s_ * i);
+    const PassPoint seen = seen_at(path, (t - path.from()).seconds(), site, air);
+    const double off = best_[static_cast<std::size_t>(i)].planned - seen.azimuth_rad;
+    worst = std::max(worst, error_rad(off, seen.elevation_rad, antenna_.elevation_max_rad));
+  }
+  return worst;
 }
 
 double KeyholePlan::worst_error() const {

@@ -19,16 +19,17 @@ namespace downrange {
 ///
 /// For a worst error e the azimuth may be anywhere in a tube about the target's; a tube that a rate-limited axis can
 /// pass is found backwards from its end, the smallest e by bisection. The axis follows the target inside the tube as
-/// long as it can, leads at its full rate, and is smoothed so that it keeps its acceleration; under way a new plan
-/// follows the old one in the same manner. Where the elevation goes beyond the zenith (plunge), passing over it is
-/// tried as well.
+/// long as it can, leads at its full rate, and is smoothed so that it keeps its acceleration. A plan under way is kept
+/// while it is as good as it was; a new one follows it as it else follows the target. Where the elevation goes beyond
+/// the zenith (plunge), passing over it is tried as well.
 class KeyholePlan {
  public:
   explicit KeyholePlan(const AntennaConfig& antenna);
 
-  /// From where the command is at `now`: azimuth of the axis, unwrapped. `pass`: what the antenna sees of `path`.
+  /// From where the command is at `now`: azimuth of the axis, unwrapped, and whether both axes are over the zenith.
+  /// `pass`: what the antenna sees of `path`.
   void make(const PredictedPath& path, const Pass& pass, const Site& site, const RefractionTable* air, Time now,
-            double azimuth_rad);
+            double azimuth_rad, bool over);
   void clear() { used_ = 0; }
 
   /// The azimuth is the plan's, not the target's.
@@ -46,6 +47,7 @@ class KeyholePlan {
   struct Point {
     double azimuth = 0;  ///< of the target, continuous
     double elevation = 0;
+    double across = 0;  ///< cosine of the elevation
     double centre = 0;  ///< of the tube: where the axis points at the target
     double wanted = 0;  ///< by a plan under way; not a number: the centre
     double low = 0;     ///< from where the end can still be reached inside the tube
@@ -58,11 +60,16 @@ class KeyholePlan {
   [[nodiscard]] bool look_ahead(const PredictedPath& path, const Pass& pass, const Site& site,
                                 const RefractionTable* air, double now_s, bool under_way);
   /// The plan for passing the zenith with `flip` (0, or half a turn to either side) at an axis rate; its worst error.
-  double plan(double flip, double rate);
+  /// Infinite where that cannot be less than `most_error`.
+  double plan(double flip, double rate, double most_error);
   [[nodiscard]] bool passes(double error, double rate);
   void smooth();
   [[nodiscard]] double worst_error() const;
-  [[nodiscard]] double tube(const Point& point, double error) const;
+  /// On the sky, of the plan under way for where the target is predicted now.
+  [[nodiscard]] double error_ahead(const PredictedPath& path, const Site& site, const RefractionTable* air,
+                                   Time now) const;
+  /// How far the azimuth may be from the target's for an error on the sky; negative: not at all.
+  [[nodiscard]] double tube(const Point& point, double error, double sine) const;
   [[nodiscard]] double index_of(Time t) const;
 
   const AntennaConfig& antenna_;
