@@ -1,9 +1,11 @@
 #include <downrange/stage/engine.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "impact.hpp"
+#include "indices.hpp"
 #include "ingest.hpp"
 #include "methods.hpp"
 #include "slave/slave.hpp"
@@ -53,7 +55,8 @@ class Engine::Impl {
         sources_(config),
         ordered_by_(sources_.size()),
         held_(config.targets.size()),
-        held_by_(config.targets.size()) {
+        held_by_(config.targets.size()),
+        antenna_will_(config.antennas.size()) {
     if (stages.align || stages.fuse) methods_.emplace(config, impartial_judges());
     if (methods_ && stages.fuse) impact_.emplace(config, methods_->integrity());
   }
@@ -160,11 +163,32 @@ class Engine::Impl {
     return will;
   }
 
+  /// What operators want of each antenna at this tick.
+  std::span<const AntennaWill> antenna_will() {
+    const auto stands = [](const StandingOrder& order) { return order.order != OperatorOrder::Release; };
+    for (std::size_t i = 0; i < antenna_will_.size(); ++i) {
+      const AntennaOrders& orders = ingest_.orders().of_antenna(static_cast<int>(i));
+      AntennaWill& will = antenna_will_[i];
+      will = {.stopped = stands(orders.stop)};
+      if (stands(orders.trim)) {
+        will.azimuth_trim_rad = orders.trim.azimuth_trim_rad;
+        will.elevation_trim_rad = orders.trim.elevation_trim_rad;
+      }
+      if (stands(orders.target)) will.target = index_of(config_.targets, orders.target.argument);
+      if (!stands(orders.source)) continue;
+      const Name& configured = config_.antennas[i].target;
+      const int target = will.target.value_or(configured.empty() ? 0 : index_of(config_.targets, configured));
+      will.pinned = methods_->on_chain(target, orders.source.argument);
+    }
+    return antenna_will_;
+  }
+
   /// INTEGRITY, SLAVE, and what else goes out on the tick.
   void tick(Time t) {
     if (methods_) methods_->judge(t, will(), integrity_tap_);
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
-    if (methods_ && stages_.slave) slave_.tick(t, methods_->followed(), ingest_.mission().liftoff(), sink_);
+    if (methods_ && stages_.slave)
+      slave_.tick(t, methods_->followed(), ingest_.mission().liftoff(), sink_, antenna_will());
     if (impact_) impact_->tick(t, ingest_.mission().liftoff(), methods_->integrity(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
   }
@@ -191,7 +215,8 @@ class Engine::Impl {
   std::vector<Name> ordered_by_;  ///< by SourceId
   std::vector<Name> held_;        ///< by target
   std::vector<Name> held_by_;
-  std::optional<Time> last_tick_;  ///< unset before the first time heard of
+  std::vector<AntennaWill> antenna_will_;  ///< by antenna
+  std::optional<Time> last_tick_;          ///< unset before the first time heard of
   Time next_tick_;
   Time last_event_;
 };

@@ -227,6 +227,21 @@ void Methods::update_followed(SourceSet inhibited) {
   }
 }
 
+std::optional<Followed> Methods::on_chain(int target, const Name& chain) const {
+  const auto followed = [&](const Chain& c) {
+    return Followed{.method = &c.method(),
+                    .target = c.target_of_method(target),
+                    .newest = c.newest(target),
+                    .chain = c.name(),
+                    .revision = c.runs()};
+  };
+  if (chain == Name(Orders::whole_chain)) return followed(integrity_.all());
+  for (const Chain& c : integrity_.others(target)) {
+    if (c.name() == chain) return followed(c);
+  }
+  return std::nullopt;
+}
+
 void Methods::judge(Time tick, const OperatorWill& will, ResultSink& sink) {
   liftoff_ = will.liftoff;
   VerdictTap tap(*this, sink);

@@ -51,6 +51,9 @@ class Methods {
   [[nodiscard]] const IntegrityStage& integrity() const { return integrity_; }
   /// By target: what SLAVE points by.
   [[nodiscard]] std::span<const Followed> followed() const { return followed_; }
+  /// The same of one chain, by its name or Orders::whole_chain; nothing where there is no such chain. No bound: an
+  /// operator asked for that one.
+  [[nodiscard]] std::optional<Followed> on_chain(int target, const Name& chain) const;
   /// The first method on all sources: health reports its residuals.
   [[nodiscard]] const Method& primary() const { return integrity_.all().method(); }
 

@@ -1,4 +1,5 @@
-/// An operator takes a radar out of a flight and gives it back; the archive replays to the same bits.
+/// An operator takes a radar out of a flight and gives it back, pins, trims and stops antennas, lets a bias begin anew;
+/// the archive replays to the same bits.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <archive/compare.hpp>
 #include <archive/replay.hpp>
 #include <archive/writer.hpp>
+#include <cmath>
 #include <downrange/stage/engine.hpp>
 
 #include "../support/small_range.hpp"
@@ -18,13 +20,18 @@ using test::liftoff;
 
 constexpr double inhibited_s = 20;
 constexpr double released_s = 40;
+constexpr double pinned_s = 44;
+constexpr double stopped_s = 48;
+constexpr double antennas_released_s = 52;
+constexpr double reset_s = 55;
 constexpr double end_s = 60;
 
-OperatorCommand order(OperatorOrder what, double t) {
+OperatorCommand order(OperatorOrder what, double t, const Name& subject = "goheung", const Name& argument = {}) {
   OperatorCommand command;
   command.operator_id = "kim";
   command.order = what;
-  command.subject = "goheung";
+  command.subject = subject;
+  command.argument = argument;
   command.reason = "spent stage in the beam";
   command.epoch = liftoff + seconds(t);
   command.received = command.epoch + milliseconds(5);
@@ -36,6 +43,14 @@ std::vector<Event> flight(const RangeConfig& range) {
   std::vector<Event> events = test::small_flight(range, end_s, 7);
   events.emplace_back(order(OperatorOrder::Inhibit, inhibited_s));
   events.emplace_back(order(OperatorOrder::Release, released_s));
+  events.emplace_back(order(OperatorOrder::PinAntennaSource, pinned_s, "goheung-tm", "only-jeju"));
+  OperatorCommand trim = order(OperatorOrder::TrimAntenna, pinned_s, "jeju-tm");
+  trim.azimuth_trim_rad = 0.25 * test::deg;
+  events.emplace_back(trim);
+  events.emplace_back(order(OperatorOrder::StopAntenna, stopped_s, "jeju-tm"));
+  events.emplace_back(order(OperatorOrder::Release, antennas_released_s, "goheung-tm"));
+  events.emplace_back(order(OperatorOrder::Release, antennas_released_s, "jeju-tm"));
+  events.emplace_back(order(OperatorOrder::ResetBias, reset_s, "jeju"));
   std::ranges::stable_sort(events, {}, [](const Event& event) { return received_of(event); });
   return events;
 }
@@ -120,6 +135,40 @@ TEST_F(OperatorInFlight, HealthSaysWhoAndWhy) {
     ++told;
   }
   EXPECT_GE(told, 19);
+}
+
+TEST_F(OperatorInFlight, AntennasArePinnedAndStoppedBetweenTheOrders) {
+  int pinned = 0;
+  int stopped_late = 0;
+  int after = 0;
+  for (const SlavingCommand& c : results.of<SlavingCommand>()) {
+    const double t = (c.tick - liftoff).seconds();
+    const bool ordered = t > pinned_s + 0.01 && t <= antennas_released_s;
+    if (c.antenna == Name("goheung-tm")) {
+      EXPECT_EQ(c.chain == Name("only-jeju"), ordered) << t;
+      pinned += ordered ? 1 : 0;
+    } else {
+      stopped_late += t > stopped_s + 0.01 && t <= antennas_released_s ? 1 : 0;
+      after += t > antennas_released_s + 0.1 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(pinned, 300);
+  EXPECT_EQ(stopped_late, 0);
+  EXPECT_GT(after, 200);
+}
+
+TEST_F(OperatorInFlight, ABiasBeginsAnewWithThePlotAfterTheOrder) {
+  double before = 0;
+  double at_order = 0;
+  for (const SensorBias& bias : results.of<SensorBias>()) {
+    if (bias.sensor != Name("jeju")) continue;
+    const double t = (bias.received - liftoff).seconds();
+    const double sigma = std::sqrt(bias.covariance[0]);
+    if (t < reset_s) before = sigma;
+    if (t > reset_s + 0.01 && at_order == 0) at_order = sigma;
+  }
+  EXPECT_GT(before, 0);
+  EXPECT_GT(at_order, 1.2 * before);
 }
 
 TEST_F(OperatorInFlight, TheArchiveReplaysToTheSameBits) {

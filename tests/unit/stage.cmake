@@ -1,5 +1,6 @@
 downrange_test(stage_ingest_test ${CMAKE_CURRENT_LIST_DIR}/stage_ingest_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_test.cpp LIBS downrange_stage)
+downrange_test(stage_slave_will_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_will_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_beam_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_beam_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_ladder_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_ladder_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_mount_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_mount_test.cpp LIBS downrange_stage)

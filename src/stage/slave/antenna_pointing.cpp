@@ -51,7 +51,8 @@ Eigen::Vector2d offset_on_sky(const Look& look, double azimuth_rad, double eleva
 AntennaPointing::AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range)
     : antenna_(antenna),
       range_(range),
-      target_(antenna.target.empty() ? 0 : index_of(range.targets, antenna.target)),
+      configured_target_(antenna.target.empty() ? 0 : index_of(range.targets, antenna.target)),
+      target_(configured_target_),
       air_(air_over(antenna)),
       horizon_(antenna.elevation_min_rad, antenna.horizon),
       ladder_(antenna, range.slave, air_.get()),
@@ -60,9 +61,27 @@ AntennaPointing::AntennaPointing(const AntennaConfig& antenna, const RangeConfig
       azimuth_axis_({antenna.azimuth_rate_max_rad_s, antenna.azimuth_acceleration_max_rad_s2}),
       elevation_axis_({antenna.elevation_rate_max_rad_s, antenna.elevation_acceleration_max_rad_s2}) {}
 
+void AntennaPointing::obey(const AntennaWill& will) {
+  azimuth_trim_rad_ = will.azimuth_trim_rad;
+  elevation_trim_rad_ = will.elevation_trim_rad;
+  const int target = will.target.value_or(configured_target_);
+  if (std::exchange(target_, target) == target) return;
+  ladder_.forget();
+  planned_.reset();
+  turn_settled_ = false;
+}
+
 std::optional<Aim> AntennaPointing::aim(const Followed& followed, std::optional<Time> liftoff, Time tick) {
   const NominalTrajectory& nominal = range_.targets[static_cast<std::size_t>(target_)].nominal;
-  return ladder_.choose(followed, nominal, liftoff, tick, apply_at(tick));
+  auto aim = ladder_.choose(followed, nominal, liftoff, tick, apply_at(tick));
+  if (!aim) return aim;
+  aim->origin.target = target_;
+  aim->origin.azimuth_trim_rad = azimuth_trim_rad_;
+  aim->origin.elevation_trim_rad = elevation_trim_rad_;
+  // The mount points there when it is told so.
+  aim->look.azimuth.angle_rad += azimuth_trim_rad_;
+  aim->look.elevation.angle_rad += elevation_trim_rad_;
+  return aim;
 }
 
 void AntennaPointing::choose_turn_of_pass() {
@@ -221,9 +240,10 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
   c.bound_valid = aim.bounded;
   if (aim.bounded) {
     const bool over = c.elevation_rad > pi / 2;
-    const double unbent = c.elevation_rad + (over ? look.refraction_rad : -look.refraction_rad);
+    const double bent = look.refraction_rad + elevation_trim_rad_;
+    const double unbent = c.elevation_rad + (over ? bent : -bent);
     const Eigen::Matrix3d R_ecef_enu = antenna_.site.R_enu_ecef().R.transpose();
-    const Eigen::Vector3d commanded = R_ecef_enu * enu_from_polar({1, c.azimuth_rad, unbent}).m;
+    const Eigen::Vector3d commanded = R_ecef_enu * enu_from_polar({1, c.azimuth_rad - azimuth_trim_rad_, unbent}).m;
     c.bound_rad = bound_rad(followed.alternatives, commanded, R_ecef_enu * look.line.m);
   }
   if (aim.bounded || c.source == SlavingSource::Fused) ladder_.note_bound(c.bound_rad);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "stage/slave/antenna_will.hpp"
 #include "stage/slave/blend.hpp"
 #include "stage/slave/keyhole.hpp"
 #include "stage/slave/ladder.hpp"
@@ -20,6 +21,8 @@ class AntennaPointing {
   /// Both must outlive it. Traces a refraction table where the antenna has a refractivity (50 ms).
   AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range);
 
+  /// What operators want of it, but for the stop and the pin.
+  void obey(const AntennaWill& will);
   [[nodiscard]] int target() const { return target_; }
   [[nodiscard]] Time apply_at(Time tick) const { return tick + antenna_.link_delay + antenna_.lead; }
 
@@ -53,7 +56,10 @@ class AntennaPointing {
 
   const AntennaConfig& antenna_;
   const RangeConfig& range_;
+  int configured_target_;
   int target_;
+  double azimuth_trim_rad_ = 0;
+  double elevation_trim_rad_ = 0;
   std::unique_ptr<const RefractionTable> air_;
   Horizon horizon_;
   Ladder ladder_;

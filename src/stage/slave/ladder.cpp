@@ -93,6 +93,12 @@ void Ladder::compare_with_plan(const Aim& aim, const NominalTrajectory& nominal,
   left_plan_ = plan && !keeps_to_plan(aim.estimate, *plan);
 }
 
+void Ladder::forget() {
+  alone_ = {};
+  bound_rad_ = 0;
+  left_plan_ = false;
+}
+
 std::optional<Aim> Ladder::choose(const Followed& followed, const NominalTrajectory& nominal,
                                   std::optional<Time> liftoff, Time tick, Time apply_at) {
   if (!liftoff) left_plan_ = false;

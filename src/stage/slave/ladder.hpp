@@ -15,6 +15,9 @@ struct Origin {
   SlavingSource source = SlavingSource::Fused;
   Name chain{};
   std::uint64_t revision = 0;
+  int target = 0;
+  double azimuth_trim_rad = 0;
+  double elevation_trim_rad = 0;
 
   bool operator==(const Origin&) const = default;
 };
@@ -39,6 +42,9 @@ class Ladder {
   /// A method is not asked for what is too old to coast on.
   [[nodiscard]] std::optional<Aim> choose(const Followed& followed, const NominalTrajectory& nominal,
                                           std::optional<Time> liftoff, Time tick, Time apply_at);
+
+  /// Another target is followed from now on.
+  void forget();
 
   /// What one lying source can have done to the pointing, 0 where that is not known: a coasting track keeps what it was
   /// told last.

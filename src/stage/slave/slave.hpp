@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "stage/followed.hpp"
+#include "stage/slave/antenna_will.hpp"
 
 namespace downrange {
 
@@ -22,8 +23,10 @@ class Slave {
   ~Slave();
 
   /// One command per antenna that has something to follow. `followed`: of each target. `liftoff`: announced or found;
-  /// until it is known, a vehicle stands where its nominal trajectory begins.
-  void tick(Time tick, std::span<const Followed> followed, std::optional<Time> liftoff, ResultSink& sink);
+  /// until it is known, a vehicle stands where its nominal trajectory begins. `will`: of each antenna; empty: operators
+  /// want nothing.
+  void tick(Time tick, std::span<const Followed> followed, std::optional<Time> liftoff, ResultSink& sink,
+            std::span<const AntennaWill> will = {});
 
  private:
   std::unique_ptr<const RangeConfig> config_;
