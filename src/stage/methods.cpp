@@ -8,6 +8,7 @@
 
 #include "deviation.hpp"
 #include "indices.hpp"
+#include "orders.hpp"
 #include "stage/integrity/chain_plan.hpp"
 
 namespace downrange {

@@ -35,7 +35,7 @@ class AntennaWillTest : public testing::Test {
 
   /// The commands of tick `i` after the first.
   std::vector<SlavingCommand> tick(Slave& slave, int i) {
-    const Time now = test::liftoff + seconds(newest_s) + i * range.tick;
+    const Time now = test::liftoff + seconds(newest_s) + seconds(i * range.tick.seconds());
     for (Told* told : {&vehicle, &stage}) told->fused_track->data_epoch = now;
     const std::vector<Followed> followed{{.method = &vehicle, .newest = now}, {.method = &stage, .newest = now}};
     test::Collector out;
@@ -104,7 +104,7 @@ TEST_F(AntennaWillTest, APinnedChainIsFollowedWhileItHasATrackAndIsUnbounded) {
   Told alone;
   alone.fused_track = estimate_at(newest_s + 5);
   const auto pin = [&](int i) {
-    const Time now = test::liftoff + seconds(newest_s) + i * range.tick;
+    const Time now = test::liftoff + seconds(newest_s) + seconds(i * range.tick.seconds());
     alone.fused_track->data_epoch = now;
     will[0].pinned = Followed{.method = &alone, .newest = now, .chain = "only-goheung"};
   };
