@@ -22,6 +22,7 @@ constexpr std::array units{
     Unit{"_sqrt_s", "1/sqrt(s)", 1},
     Unit{"_m2_s3", "m^2/s^3", 1},
     Unit{"_m2_s5", "m^2/s^5", 1},
+    Unit{"_deg_s2", "deg/s^2", degree},
     Unit{"_deg_s", "deg/s", degree},
     Unit{"_m_s2", "m/s^2", 1},
     Unit{"_m_s", "m/s", 1},

@@ -172,6 +172,15 @@ Section slave_section() {
           span("validity_ms", at(&S::validity), {1, 60'000}, optional, "how long a command holds after its instant"),
           number("blend_rate_deg_s", at(&S::blend_rate_rad_s), {1e-3, 360}, optional,
                  "how fast commands go over to another chain of sources, on the sky, beside the target's own motion"),
+          number("beam_probability_min", at(&S::beam_probability_min), {0, 0.99}, optional,
+                 "coasting ends where the target is in the beam with less than this probability; of antennas with "
+                 "beamwidth_deg, which may coast for up to a minute beyond coast_ms where no other source is left"),
+          number("coast_bound_max_deg", at(&S::coast_bound_max_rad), {1e-3, 180}, optional,
+                 "likewise beyond coast_ms, where one lying source can have moved the pointing by more than this"),
+          number("nominal_sigma_m", at(&S::nominal_sigma_m), {1, 1e6}, optional,
+                 "how far a vehicle may be from its nominal trajectory, 1-sigma per axis, at its begin"),
+          number("nominal_sigma_share", at(&S::nominal_sigma_share), {0, 1}, optional,
+                 "and what is added to that, as a share of the way from there"),
       });
 }
 

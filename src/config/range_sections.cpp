@@ -124,6 +124,41 @@ Key<TargetConfig> told_to_load(std::string name, std::string allowed, std::strin
           [](const TargetConfig&) { return show_text(""); }};
 }
 
+/// What an antenna's horizon hides, as a list of pairs.
+Key<AntennaConfig> horizon_key() {
+  constexpr double degree = std::numbers::pi / 180;
+  return {
+      {"horizon_deg",
+       "pairs [azimuth, elevation] in deg, azimuths ascending from 0 to less than 360, elevations from -90 to 90",
+       optional,
+       "the antenna is not pointed lower than this at these azimuths, between two the line, around by north; empty: "
+       "elevation_min_deg all around"},
+      [](AntennaConfig& antenna, const toml::node& value) {
+        const toml::array* pairs = value.as_array();
+        if (pairs == nullptr) return false;
+        std::vector<HorizonPoint> horizon;
+        for (const toml::node& node : *pairs) {
+          const toml::array* pair = node.as_array();
+          if (pair == nullptr || pair->size() != 2) return false;
+          const auto azimuth = read_number(*pair->get(0), {0, 360});
+          const auto elevation = read_number(*pair->get(1), {-90, 90});
+          if (!azimuth || !elevation || *azimuth >= 360) return false;
+          const HorizonPoint point{.azimuth_rad = *azimuth * degree, .elevation_rad = *elevation * degree};
+          if (!horizon.empty() && point.azimuth_rad <= horizon.back().azimuth_rad) return false;
+          horizon.push_back(point);
+        }
+        antenna.horizon = std::move(horizon);
+        return true;
+      },
+      [](const AntennaConfig& antenna) {
+        std::string text;
+        for (const HorizonPoint& point : antenna.horizon)
+          text += (text.empty() ? "[" : ", [") + show_number(point.azimuth_rad / degree) + ", " +
+                  show_number(point.elevation_rad / degree) + ']';
+        return '[' + text + ']';
+      }};
+}
+
 std::vector<Key<RadarConfig>> bias_keys() {
   std::vector<Key<RadarConfig>> keys{
       bias_blocks_key(), calibration_key(at(&RadarConfig::bias, &BiasConfig::calibration), "joint, schmidt, ts")};
@@ -265,25 +300,37 @@ Section antenna_section() {
   return many<A>(
       "antenna", 0, "An antenna or optical tracker to be pointed.",
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.antennas; },
-      with_site<A>({id("id", at(&A::id), required, "antenna_id on the topics"),
-                    id("target", at(&A::target), optional, "id of the target it follows; left out: the first")},
-                   {
-                       number("azimuth_min_deg", at(&A::azimuth_min_rad), {-1080, 1080}, optional,
-                              "lower end of the azimuth travel, cable wrap included"),
-                       number("azimuth_max_deg", at(&A::azimuth_max_rad), {-1080, 1080}, optional,
-                              "upper end of the azimuth travel"),
-                       number("elevation_min_deg", at(&A::elevation_min_rad), {-90, 180}, optional,
-                              "lower end of the elevation travel"),
-                       number("elevation_max_deg", at(&A::elevation_max_rad), {-90, 180}, optional,
-                              "upper end of the elevation travel"),
-                       number("azimuth_rate_max_deg_s", at(&A::azimuth_rate_max_rad_s), {1e-3, 360}, optional,
-                              "fastest the azimuth axis turns"),
-                       number("elevation_rate_max_deg_s", at(&A::elevation_rate_max_rad_s), {1e-3, 360}, optional,
-                              "fastest the elevation axis turns"),
-                       span("link_delay_ms", at(&A::link_delay), {0, 10'000}, required,
-                            "from the node to the antenna's control unit"),
-                       span("lead_ms", at(&A::lead), {0, 10'000}, required, "lag of the servo, to be led"),
-                   }));
+      with_site<A>(
+          {id("id", at(&A::id), required, "antenna_id on the topics"),
+           id("target", at(&A::target), optional, "id of the target it follows; left out: the first")},
+          {
+              number("azimuth_min_deg", at(&A::azimuth_min_rad), {-1080, 1080}, optional,
+                     "lower end of the azimuth travel, cable wrap included"),
+              number("azimuth_max_deg", at(&A::azimuth_max_rad), {-1080, 1080}, optional,
+                     "upper end of the azimuth travel"),
+              number("elevation_min_deg", at(&A::elevation_min_rad), {-90, 180}, optional,
+                     "lower end of the elevation travel"),
+              number("elevation_max_deg", at(&A::elevation_max_rad), {-90, 180}, optional,
+                     "upper end of the elevation travel; beyond 90 it may go over the zenith"),
+              number("azimuth_rate_max_deg_s", at(&A::azimuth_rate_max_rad_s), {1e-3, 360}, optional,
+                     "fastest the azimuth axis turns"),
+              number("elevation_rate_max_deg_s", at(&A::elevation_rate_max_rad_s), {1e-3, 360}, optional,
+                     "fastest the elevation axis turns"),
+              number("azimuth_acceleration_max_deg_s2", at(&A::azimuth_acceleration_max_rad_s2), {0, 3600}, optional,
+                     "largest acceleration of the azimuth axis: passes near the zenith are planned by it; 0: "
+                     "not known, they are not planned"),
+              number("elevation_acceleration_max_deg_s2", at(&A::elevation_acceleration_max_rad_s2), {0, 3600},
+                     optional, "likewise of the elevation axis, to tell when it lags; 0: not known"),
+              horizon_key(),
+              number("beamwidth_deg", at(&A::beamwidth_rad), {0, 180}, optional,
+                     "full width of the beam: commands tell how probably the target is in it, and end by that "
+                     "(slave.beam_probability_min) while coasting; 0: not known"),
+              number("refractivity_n", at(&A::refractivity), {0, 500}, optional,
+                     "refractivity of the air at the site, added to the elevation; 0: none is"),
+              span("link_delay_ms", at(&A::link_delay), {0, 10'000}, required,
+                   "from the node to the antenna's control unit"),
+              span("lead_ms", at(&A::lead), {0, 10'000}, required, "lag of the servo, to be led"),
+          }));
 }
 
 Section gps_section() {

@@ -7,6 +7,7 @@
 #include <array>
 #include <downrange/est/method/method_table.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <numbers>
 #include <set>
 
 #include "config/checker.hpp"
@@ -198,6 +199,10 @@ void warn_of_idle_keys(const RangeConfig& range, Idle& idle) {
     idle.add("integrity", {"rerun_per_tick", "trust", "copy_position_m", "copy_velocity_m_s", "readmit_after_s"},
              "enabled is false");
   if (range.fuse.publish_on_data) idle.add("fuse", {"coast_ms"}, "publish_on_data is true");
+  if (std::ranges::none_of(range.antennas, [](const AntennaConfig& a) { return a.beamwidth_rad > 0; }))
+    idle.add("slave", {"beam_probability_min", "coast_bound_max_deg"}, "no [[antenna]] has a beamwidth_deg");
+  if (std::ranges::all_of(range.targets, [](const TargetConfig& t) { return t.nominal.empty(); }))
+    idle.add("slave", {"nominal_sigma_m", "nominal_sigma_share"}, "no [[target]] has a nominal trajectory");
   if (range.impact.enabled) return;
   idle.add("impact", {"height_m", "horizon_s", "data_loss_s"}, "enabled is false");
   for (std::size_t i = 0; i < range.boundaries.size(); ++i)
@@ -221,6 +226,18 @@ void warn_of_times(const RangeConfig& range, const Checker& warn) {
   warn.require(range.slave.validity >= range.tick, "slave.validity_ms",
                "found " + ms(range.slave.validity) + ", expected: range.tick_ms (" + ms(range.tick) +
                    ") or more, for a command ends before the next one renews it");
+}
+
+/// A mount that cannot do what its axes are said to reach.
+void warn_of_antennas(const RangeConfig& range, const Checker& warn) {
+  for (std::size_t i = 0; i < range.antennas.size(); ++i) {
+    const AntennaConfig& a = range.antennas[i];
+    warn.require(
+        a.elevation_max_rad <= std::numbers::pi / 2 || a.azimuth_acceleration_max_rad_s2 > 0,
+        entry("antenna", i, "elevation_max_deg"),
+        "found more than 90 without azimuth_acceleration_max_deg_s2: without it passes near the zenith are not "
+        "planned, and the antenna goes over it only where its azimuth travel would end otherwise");
+  }
 }
 
 void warn_of_sensors(const RangeConfig& range, Idle& idle, const Checker& warn) {
@@ -253,6 +270,7 @@ void warn_about(const ServiceConfig& config, const toml::table& root, const Repo
   warn_of_unused_by_methods(config.range, idle);
   warn_of_trust(config.range, warn);
   warn_of_times(config.range, warn);
+  warn_of_antennas(config.range, warn);
 }
 
 }  // namespace downrange::config

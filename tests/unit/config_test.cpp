@@ -340,6 +340,35 @@ TEST(AngleSensor, EveryKeyReachesTheRange) {
   EXPECT_EQ(load_text(text + tracker, naro, {{"node.sources", R"(["optical"])", "--sources"}}).node.sources.size(), 1u);
 }
 
+TEST(Antenna, WhatItsMountCan) {
+  std::string text = read(naro);
+  const auto say = [&](const std::string& was, const std::string& is) { text.replace(text.find(was), was.size(), is); };
+  say("horizon_deg = []", "horizon_deg = [[0, 2.5], [90, 10], [359.5, -1]]");
+  say("beamwidth_deg = 0", "beamwidth_deg = 1.5");
+  say("elevation_acceleration_max_deg_s2 = 20", "elevation_acceleration_max_deg_s2 = 12");
+  say("refractivity_n = 0             # N-units, 0 to 500, of the air", "refractivity_n = 320           # of the air");
+  const RangeConfig range = load_text(text, naro,
+                                      {{"slave.beam_probability_min", "0.3", "test"},
+                                       {"slave.coast_bound_max_deg", "2", "test"},
+                                       {"slave.nominal_sigma_m", "50", "test"},
+                                       {"slave.nominal_sigma_share", "0.02", "test"}})
+                                .range;
+  const AntennaConfig& antenna = range.antennas[0];
+  EXPECT_EQ(antenna.azimuth_acceleration_max_rad_s2, 20 * degree);
+  EXPECT_EQ(antenna.elevation_acceleration_max_rad_s2, 12 * degree);
+  EXPECT_EQ(antenna.beamwidth_rad, 1.5 * degree);
+  EXPECT_EQ(antenna.refractivity, 320);
+  ASSERT_EQ(antenna.horizon.size(), 3u);
+  EXPECT_EQ(antenna.horizon[2].azimuth_rad, 359.5 * degree);
+  EXPECT_EQ(antenna.horizon[2].elevation_rad, -1 * degree);
+  EXPECT_EQ(range.slave.beam_probability_min, 0.3);
+  EXPECT_EQ(range.slave.coast_bound_max_rad, 2 * degree);
+  EXPECT_EQ(range.slave.nominal_sigma_m, 50);
+  EXPECT_EQ(range.slave.nominal_sigma_share, 0.02);
+  EXPECT_EQ(range.antennas[1].azimuth_acceleration_max_rad_s2, 0);
+  EXPECT_TRUE(range.antennas[1].horizon.empty());
+}
+
 TEST(AngleSensor, TheExampleIsComplete) {
   // The commented example of config/naro.toml names every key, and is valid.
   std::istringstream lines(read(naro));
