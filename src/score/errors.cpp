@@ -5,6 +5,7 @@
 #include <boost/math/distributions/beta.hpp>
 #include <downrange/est/filter/consistency.hpp>
 #include <downrange/est/model/bias_terms.hpp>
+#include <numbers>
 #include <span>
 
 namespace downrange::score {
@@ -85,6 +86,21 @@ Polar corrected(const Polar& measured, const SensorBias& bias, const RefractionT
   return plot;
 }
 
+Polar pointing_at(const Site& site, const RefractionTable* air, const Position<Ecef>& target) {
+  Polar look = polar_from_enu(site.enu_of(target));
+  if (air != nullptr) look.elevation_rad += air->at_true(look.range_m, look.elevation_rad).refraction.elevation_rad;
+  return look;
+}
+
+std::map<Name, RefractionTable> air_of_antennas(const RangeConfig& range) {
+  std::map<Name, RefractionTable> air;
+  for (const AntennaConfig& antenna : range.antennas) {
+    if (antenna.refractivity > 0)
+      air.emplace(antenna.id, RefractionTable(atmosphere_over(antenna.site.geodetic(), antenna.refractivity)));
+  }
+  return air;
+}
+
 double pointing_error(const SlavingCommand& command, const Polar& look) {
   const Eigen::Vector3d commanded = direction(command.azimuth_rad, command.elevation_rad);
   const Eigen::Vector3d exact = direction(look.azimuth_rad, look.elevation_rad);
@@ -92,8 +108,11 @@ double pointing_error(const SlavingCommand& command, const Polar& look) {
 }
 
 int axes_within_2_sigma(const SlavingCommand& command, const Polar& look) {
-  const double azimuth = std::abs(wrap_pi(command.azimuth_rad - look.azimuth_rad));
-  const double elevation = std::abs(command.elevation_rad - look.elevation_rad);
+  // Over the zenith the azimuth is that of the back.
+  const bool over = command.elevation_rad > std::numbers::pi / 2;
+  const double azimuth = std::abs(wrap_pi(command.azimuth_rad - look.azimuth_rad + (over ? std::numbers::pi : 0)));
+  const double elevation =
+      std::abs((over ? std::numbers::pi - command.elevation_rad : command.elevation_rad) - look.elevation_rad);
   return (azimuth <= 2 * command.sigma_azimuth_rad ? 1 : 0) + (elevation <= 2 * command.sigma_elevation_rad ? 1 : 0);
 }
 

@@ -8,7 +8,9 @@
 #include <downrange/est/filter/gaussian.hpp>
 #include <downrange/geo/polar.hpp>
 #include <downrange/geo/refraction.hpp>
+#include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
+#include <map>
 #include <vector>
 
 namespace downrange::score {
@@ -83,6 +85,12 @@ inline constexpr double alike_for_s = 60;
 
 /// A plot corrected for the bias, and then for the refraction of `air` where the radar's is modelled (null: it is not).
 [[nodiscard]] Polar corrected(const Polar& measured, const SensorBias& bias, const RefractionTable* air);
+
+/// A target as an antenna should point at it: with the refraction of `air` (null: none).
+[[nodiscard]] Polar pointing_at(const Site& site, const RefractionTable* air, const Position<Ecef>& target);
+
+/// The refraction tables of a range's antennas: each that has a refractivity (50 ms apiece).
+[[nodiscard]] std::map<Name, RefractionTable> air_of_antennas(const RangeConfig& range);
 
 /// Angle between where a command points and where the target is.
 [[nodiscard]] double pointing_error(const SlavingCommand& command, const Polar& look);

@@ -39,7 +39,7 @@ std::string text(const char* format, double a, double b) {
 }  // namespace
 
 FaultJudge::FaultJudge(const RangeConfig& range, FaultCase fault)
-    : range_(range), fault_(std::move(fault)), sources_(range) {
+    : range_(range), fault_(std::move(fault)), sources_(range), air_(air_of_antennas(range)) {
   score_.recovers = fault_.end.has_value();
 }
 
@@ -83,7 +83,8 @@ void FaultJudge::add(const SlavingCommand& command) {
   if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) return;
   const std::optional<TrueState> truth = fault_.truth(command.apply_at);
   if (!truth) return;
-  const Polar look = polar_from_enu(antenna->site.enu_of(truth->position));
+  const auto air = air_.find(command.antenna);
+  const Polar look = pointing_at(antenna->site, air == air_.end() ? nullptr : &air->second, truth->position);
   if (look.range_m <= wrong_beyond_m) return;
   ++score_.commands;
   const double error_rad = pointing_error(command, look);

@@ -5,6 +5,7 @@
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/result.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -107,6 +108,7 @@ class FaultJudge final : public ResultSink {
   RangeConfig range_;
   FaultCase fault_;
   SourceTable sources_;
+  std::map<Name, RefractionTable> air_;  ///< by antenna
   std::vector<ErrorAt> errors_;
   struct Accused {
     Name source;

@@ -335,7 +335,9 @@ class Scorer::Run : public ResultSink {
     if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) {
       ++samples.held;
     } else if (truth) {
-      const Polar look = look_angles(antenna->site, truth->position);
+      const auto air = scorer_.antenna_air_.find(command.antenna);
+      const Polar look =
+          pointing_at(antenna->site, air == scorer_.antenna_air_.end() ? nullptr : &air->second, truth->position);
       samples.error_rad.push_back(pointing_error(command, look));
       samples.axes_inside += static_cast<std::size_t>(axes_within_2_sigma(command, look));
     }
@@ -395,7 +397,8 @@ Scorer::Scorer(const RangeConfig& range, const Name& target, TruthFunction truth
       target_(target),
       truth_(std::move(truth)),
       liftoff_(liftoff),
-      phases_(std::move(phases)) {
+      phases_(std::move(phases)),
+      antenna_air_(air_of_antennas(range)) {
   for (const Source& source : sources_)
     if (source.refractivity > 0)
       air_.emplace(source.name, RefractionTable(atmosphere_over(source.site.geodetic(), source.refractivity)));

@@ -53,6 +53,7 @@ class Scorer {
   Time liftoff_;
   std::vector<Phase> phases_;
   std::map<Name, RefractionTable> air_;  ///< of sensors whose refraction the range models
+  std::map<Name, RefractionTable> antenna_air_;
   std::set<MessageId> outliers_;
   OutlierOrigin outlier_origin_ = OutlierOrigin::None;
   std::list<Run> runs_;

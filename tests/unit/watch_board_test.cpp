@@ -46,6 +46,30 @@ SourceHealth health(const Name& sensor, Time time, std::uint64_t accepted) {
   return h;
 }
 
+TEST(WatchBoard, WhatAnAntennaMissesAndHowFarThePlanIs) {
+  constexpr double deg = 3.14159265358979 / 180;
+  Board board(dds::ClockMode::Wall);
+  SlavingCommand c = command(utc);
+  board.add(c, start);
+  EXPECT_FALSE(shows(board.lines(start, utc), "in beam"));
+  EXPECT_FALSE(shows(board.lines(start, utc), "  off "));
+  c.source = SlavingSource::Nominal;
+  c.off_target_rad = 0.53 * deg;
+  c.probability_in_beam = 0.934;
+  c.probability_valid = true;
+  c.limits = LimitKeyhole;
+  board.add(c, start);
+  Trajectory t = track(utc);
+  board.add(t, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "nominal  age 0.00 s  off 0.53 deg  in beam 93 % keyhole"))
+      << board.lines(start, utc);
+  EXPECT_FALSE(shows(board.lines(start, utc), "plan"));
+  t.deviation_m = {120, -30, 15};
+  t.deviation_valid = true;
+  board.add(t, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "  off plan 120 along, -30 across, 15 m up"));
+}
+
 TEST(WatchBoard, ASilentNodeIsNotRunning) {
   Board board(dds::ClockMode::Wall);
   board.add(status("dead"), start);

@@ -41,6 +41,32 @@ std::string limits_of(std::uint8_t limits) {
   if (limits & LimitAzimuth) text += " azimuth-held";
   if (limits & LimitRate) text += " too-fast";
   if (limits & LimitUnwrapped) text += " went-around";
+  if (limits & LimitKeyhole) text += " keyhole";
+  return text;
+}
+
+/// "  off 0.53 deg  in beam 93 %": what the antenna misses, and how probably it sees its target.
+std::string beam_of(const SlavingCommand& c) {
+  constexpr double least_told_rad = 0.01 * deg;
+  std::string text;
+  char part[40];
+  if (c.off_target_rad > least_told_rad) {
+    std::snprintf(part, sizeof part, "  off %.2f deg", c.off_target_rad / deg);
+    text += part;
+  }
+  if (c.probability_valid) {
+    std::snprintf(part, sizeof part, "  in beam %.0f %%", 100 * c.probability_in_beam);
+    text += part;
+  }
+  return text;
+}
+
+/// "  off plan 120 along, -30 across, 15 m up".
+std::string off_plan(const Trajectory& t) {
+  if (!t.deviation_valid) return {};
+  char text[100];
+  std::snprintf(text, sizeof text, "  off plan %.0f along, %.0f across, %.0f m up", t.deviation_m[0], t.deviation_m[1],
+                t.deviation_m[2]);
   return text;
 }
 
@@ -166,18 +192,19 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
   std::string text;
   char line[300];
   for (const auto& [key, t] : tracks_) {
-    std::snprintf(
-        line, sizeof line, "%-10s %-12s %s  %8.4f %9.4f  %8.2f km  %7.1f m/s  1-sigma %6.1f m  NIS %5.2f%s%s\n",
-        t.target.c_str(), t.method.c_str(), utc(t.epoch).c_str(), t.geodetic.latitude_rad / deg,
-        t.geodetic.longitude_rad / deg, t.geodetic.height_m / 1000, t.speed_m_s, sigma_of(t), t.nis,
-        t.quality == TrackQuality::Coasting ? "  coasting" : "", old(t.epoch, time, track_old_after_s).c_str());
+    std::snprintf(line, sizeof line,
+                  "%-10s %-12s %s  %8.4f %9.4f  %8.2f km  %7.1f m/s  1-sigma %6.1f m  NIS %5.2f%s%s%s\n",
+                  t.target.c_str(), t.method.c_str(), utc(t.epoch).c_str(), t.geodetic.latitude_rad / deg,
+                  t.geodetic.longitude_rad / deg, t.geodetic.height_m / 1000, t.speed_m_s, sigma_of(t), t.nis,
+                  off_plan(t).c_str(), t.quality == TrackQuality::Coasting ? "  coasting" : "",
+                  old(t.epoch, time, track_old_after_s).c_str());
     text += line;
   }
   for (const auto& [antenna, c] : commands_by_antenna_) {
     std::snprintf(line, sizeof line,
-                  "%-16s for %s  az %8.3f  el %7.3f deg  range %8.2f km  1-sigma %6.1f mdeg  %-8s age %.2f s%s%s\n",
+                  "%-16s for %s  az %8.3f  el %7.3f deg  range %8.2f km  1-sigma %6.1f mdeg  %-8s age %.2f s%s%s%s\n",
                   antenna.c_str(), utc(c.apply_at).c_str(), c.azimuth_rad / deg, c.elevation_rad / deg,
-                  c.range_m / 1000, c.sigma_elevation_rad / deg * 1e3, name_of(c.source), c.age_s,
+                  c.range_m / 1000, c.sigma_elevation_rad / deg * 1e3, name_of(c.source), c.age_s, beam_of(c).c_str(),
                   limits_of(c.limits).c_str(), c.valid_until < time ? "  EXPIRED" : "");
     text += line;
   }

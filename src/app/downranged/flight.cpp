@@ -56,6 +56,10 @@ void Flight::emit(const Result& result) {
     const bool good = health->qualified && !health->mismatch;
     const auto level = good ? spdlog::level::info : spdlog::level::warn;
     if (const std::string note = notes_.changes(*health); !note.empty()) spdlog::log(level, "{}", note);
+    for (const std::string& note : slaving_notes_.ends(health->time)) spdlog::warn("{}", note);
+  } else if (const auto* command = std::get_if<SlavingCommand>(&result)) {
+    const auto level = command->source == SlavingSource::Fused ? spdlog::level::info : spdlog::level::warn;
+    if (const std::string note = slaving_notes_.change(*command); !note.empty()) spdlog::log(level, "{}", note);
   } else if (const auto* integrity = std::get_if<Integrity>(&result)) {
     for (const std::string& note : integrity_notes_.changes(*integrity)) spdlog::warn("{}", note);
   }

@@ -12,6 +12,7 @@
 #include "health_notes.hpp"
 #include "recorder.hpp"
 #include "stage/integrity_notes.hpp"
+#include "stage/slaving_notes.hpp"
 
 namespace downrange::app {
 
@@ -51,6 +52,7 @@ class Flight final : private ResultSink {
   Acknowledgements acknowledgements_;
   HealthNotes notes_;
   IntegrityNotes integrity_notes_;
+  SlavingNotes slaving_notes_;
   Engine engine_;
   Time newest_;  ///< `received` of the newest event
   std::uint64_t consumed_ = 0;
