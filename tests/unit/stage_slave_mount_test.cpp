@@ -321,6 +321,28 @@ TEST(Mount, PassesTheZenithByANoisyTrackFromAnyInstantOn) {
   }
 }
 
+/// A track that jumps under way (here by 4 km of 400) makes another plan, and no step of the azimuth.
+TEST(Mount, AnotherPlanUnderWayMakesNoStep) {
+  for (const double jumps_at : {-5.0, -3.0, 0.5, 3.0, 5.0}) {
+    RangeConfig range = mount_range();
+    const AntennaConfig& antenna = range.antennas[0];
+    const Fall exact = orbit_pass(antenna.site, 89.5 * deg, 30 * deg);
+    Knows method;
+    const Flown flown = fly(range, method, -60, 60, [&](double now, Followed&) {
+      method.path = [&exact, jumped = now >= jumps_at](double t) {
+        PositionVelocity x = exact(t);
+        if (jumped) x.position.m += 4000 * Eigen::Vector3d(0.36, 0.48, 0.8).cross(x.position.m.normalized());
+        return x;
+      };
+    });
+    for (std::size_t i = 1; i < flown.commands.size(); ++i) {
+      const double rate = (flown.commands[i].azimuth_rad - flown.commands[i - 1].azimuth_rad) / 0.025;
+      ASSERT_LE(std::abs(rate), 1.05 * antenna.azimuth_rate_max_rad_s)
+          << jumps_at << ' ' << (flown.commands[i].tick - liftoff).seconds();
+    }
+  }
+}
+
 TEST(Mount, BesideTheZenithNothingIsPlanned) {
   RangeConfig range = mount_range();
   Knows method;

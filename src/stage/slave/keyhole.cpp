@@ -261,7 +261,8 @@ void KeyholePlan::smooth() {
   for (int i = 0; i < count_; ++i) {
     // Narrower towards the ends, which stay where they are.
     const int reach = std::min({half, i, count_ - 1 - i});
-    const double sum = sum_[static_cast<std::size_t>(i + reach + 1)] - sum_[static_cast<std::size_t>(i - reach)];
+    const auto end = static_cast<std::size_t>(i) + static_cast<std::size_t>(reach) + 1;
+    const double sum = sum_[end] - sum_[static_cast<std::size_t>(i - reach)];
     points_[static_cast<std::size_t>(i)].planned = sum / (2 * reach + 1);
   }
 }

@@ -35,7 +35,7 @@ std::optional<Aim> Ladder::best_alone(const Followed& followed, Time tick, Time 
     const Origin origin{.source = receiver ? SlavingSource::Gps : SlavingSource::SingleSensor, .chain = source.chain};
     auto estimate = source.method->fused(source.target, apply_at);
     if (!estimate && receiver) estimate = source.method->gps_track(source.target, apply_at);
-    const auto aim = judged(estimate, tick, config_.coast, origin);
+    auto aim = judged(estimate, tick, config_.coast, origin);
     if (!aim) continue;
     // The one that is followed already stays: another one may be better by chance.
     if (source.chain == alone_) return aim;
