@@ -321,6 +321,31 @@ TEST(Mount, PassesTheZenithByANoisyTrackFromAnyInstantOn) {
   }
 }
 
+/// Under thrust free fall tells nothing of the seconds ahead: the plan does, and the vehicle is 300 m beside it.
+TEST(Mount, PassesTheZenithUnderThrustByTheNominalTrajectory) {
+  RangeConfig range = mount_range();
+  const Site& site = range.antennas[0].site;
+  const auto path = [&](double t) {
+    const Eigen::Vector3d position(260, 500 * t + 25 * t * t, 30'000 + 300 * t);
+    const Eigen::Vector3d velocity(0, 500 + 50 * t, 300);
+    return PositionVelocity{site.ecef_of({position}), {site.R_enu_ecef().inverse().R * velocity}};
+  };
+  Knows method;
+  method.path = path;
+  const double best = best_possible(range.antennas[0], path, range.antennas[0].elevation_max_rad);
+  const double by_fall = fly(range, method, -9, 15).worst_rad;
+  std::vector<NominalSample> samples;
+  for (double t = 0; t <= 40; t += 0.5) {
+    PositionVelocity x = path(t - 20);
+    x.position.m += site.R_enu_ecef().inverse().R * Eigen::Vector3d(200, -200, 100);
+    samples.push_back({t, x});
+  }
+  range.targets[0].nominal = NominalTrajectory(samples);
+  const double by_plan = fly(range, method, -9, 15, {}, 2, liftoff - seconds(20)).worst_rad;
+  EXPECT_LE(by_plan, 1.2 * best) << best / deg;
+  EXPECT_GT(by_fall, 1.2 * best) << best / deg;
+}
+
 /// A track that jumps under way (here by 4 km of 400) makes another plan, and no step of the azimuth.
 TEST(Mount, AnotherPlanUnderWayMakesNoStep) {
   for (const double jumps_at : {-5.0, -3.0, 0.5, 3.0, 5.0}) {

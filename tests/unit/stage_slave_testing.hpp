@@ -176,7 +176,8 @@ struct Flown {
 /// Flies a path from `from_s` to `to_s` past the first antenna of `range`, whose mount does 15 deg/s and 20 deg/s^2.
 /// `follow`: what is followed at a tick, changed by the test.
 inline Flown fly(const RangeConfig& range, Knows& method, double from_s, double to_s,
-                 const std::function<void(double, Followed&)>& follow = {}, double settled_s = 2) {
+                 const std::function<void(double, Followed&)>& follow = {}, double settled_s = 2,
+                 Time lifted_off = liftoff) {
   Slave slave(range);
   Collector out;
   Mount mount;
@@ -190,7 +191,7 @@ inline Flown fly(const RangeConfig& range, Knows& method, double from_s, double 
     std::vector<Followed> followed{{.method = &method, .newest = tick}};
     if (follow) follow((tick - liftoff).seconds(), followed[0]);
     out.results.clear();
-    slave.tick(tick, followed, liftoff, out);
+    slave.tick(tick, followed, lifted_off, out);
     for (const SlavingCommand& c : out.of<SlavingCommand>()) {
       if (c.antenna != antenna.id) continue;
       mount.take(c);
