@@ -4,10 +4,13 @@
 #include <archive/writer.hpp>
 #include <downrange/est/filter/async_fusion.hpp>
 #include <downrange/est/method/method.hpp>
+#include <downrange/est/model/impact.hpp>
 #include <downrange/est/model/motion.hpp>
+#include <downrange/geo/earth.hpp>
 #include <downrange/stage/engine.hpp>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 
 #include "../support/small_range.hpp"
 
@@ -46,6 +49,47 @@ void convert_plot(benchmark::State& state) {
   }
 }
 BENCHMARK(convert_plot);
+
+/// A track over the sea south of Naro, or nearly in an orbit; velocity east, north, up.
+Gaussian<6> falling(double height_m, const Eigen::Vector3d& enu_m_s, double sigma_m_s) {
+  const Geodetic g{33 * test::deg, 127.8 * test::deg, height_m};
+  Gaussian<6> x;
+  x.mean << ecef_from_geodetic(g).m, (enu_from_ecef_at(g).inverse() * Velocity<Enu>{enu_m_s}).m_s;
+  x.cov.setZero();
+  x.cov.diagonal() << 400, 400, 400, Vec<3>::Constant(sigma_m_s * sigma_m_s);
+  return x;
+}
+
+/// Point and ellipse; minutes of flight beside each.
+void impact_of_state(benchmark::State& state, Gaussian<6> x) {
+  for (auto _ : state) {
+    x.mean[0] += 1e-3;
+    benchmark::DoNotOptimize(impact_of(x, {}));
+  }
+}
+BENCHMARK_CAPTURE(impact_of_state, 7_min, falling(140e3, {250, -2000, 1500}, 0.3));
+BENCHMARK_CAPTURE(impact_of_state, 45_min, falling(300e3, {100, -900, 6500}, 0.3));
+BENCHMARK_CAPTURE(impact_of_state, by_sigma_points, falling(180e3, {6900, 800, 500}, 100));
+BENCHMARK_CAPTURE(impact_of_state, an_orbit, falling(400e3, {7300, 0, 0}, 0.3));
+
+/// Against one corridor of ten corners and 8000 km around: distance of two places, way ahead, probability.
+void boundary_of_impact(benchmark::State& state) {
+  std::vector<GroundPoint> corners;
+  for (int i = 0; i < 10; ++i) {
+    const double around = i * std::numbers::pi / 5;
+    corners.push_back({(20 + 15 * std::cos(around)) * test::deg, (128 + 8 * std::sin(around)) * test::deg});
+  }
+  const GroundPolygon polygon(corners);
+  const GroundPoint point{20 * test::deg, 130 * test::deg};
+  const Eigen::Matrix2d cov = 1e10 * Eigen::Matrix2d::Identity();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(polygon.signed_distance_m(point));
+    benchmark::DoNotOptimize(polygon.signed_distance_m(corners[3]));
+    benchmark::DoNotOptimize(polygon.distance_ahead_m(point, 1));
+    benchmark::DoNotOptimize(probability_outside(polygon, point, cov));
+  }
+}
+BENCHMARK(boundary_of_impact);
 
 struct Discard final : ResultSink {
   void emit(const Result& result) override { benchmark::DoNotOptimize(result.index()); }

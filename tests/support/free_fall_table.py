@@ -8,10 +8,10 @@
 Axes that do not rotate with the Earth, so that there is neither a centrifugal nor a Coriolis force; gravity as the gradient of the
 potential mu/r [1 - J2 (a/r)^2 P2(sin latitude)]; Gragg, Bulirsch and Stoer's extrapolation of the modified midpoint rule to order 24 with
 30 digits, in steps of 50 s (half of that moves no row by 1e-9 m); the instant of landing by bisection of the geodetic height, itself by
-Newton's method on the foot of the normal. Constants: WGS 84 (NIMA TR8350.2, third edition, 2000): a, 1/f, GM, omega as printed there;
-J2 = -C20 sqrt(5) of its table 5.1 (C20 = -4.84166774985e-4).
+Newton's method on the foot of the normal. Constants: the ellipsoid of WGS 84 (NIMA TR8350.2, third edition, 2000): a, 1/f, GM, omega, and
+J2 = -C20 sqrt(5) of its normalised C20 = -4.84166774985e-4.
 """
-from mpmath import mp, mpf, matrix, sqrt, sin, cos, atan2, radians, pi
+from mpmath import mp, mpf, sqrt, sin, cos, atan2, radians
 
 mp.dps = 30
 A = mpf(6378137)
