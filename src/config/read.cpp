@@ -94,7 +94,8 @@ void check_key_names(const std::vector<KeyInfo>& keys, const toml::table& table,
     known.push_back(name);
     const toml::node* node = table.get(name);
     if (node != nullptr && !node->is_table())
-      report(node, path + '.' + name, "found " + show_found(*node) + ", allowed: one table headed " + heading(section));
+      report(node, std::string(path).append(".").append(name),
+             "found " + show_found(*node) + ", allowed: one table headed " + heading(section));
   }
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
