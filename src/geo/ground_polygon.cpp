@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <downrange/geo/earth.hpp>
 #include <downrange/geo/ground_polygon.hpp>
 #include <limits>

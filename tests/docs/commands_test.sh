@@ -95,7 +95,7 @@ starts "downranged --config my-range.toml --clock wall --set ingest.expect_simul
 run "downrange replay flight.mcap --config my-range.toml --clock wall --dds --rate 1"
 stops
 # Rehearsed as in operations it is the same flight: as many of each source's messages accepted as in the replay.
-accepted() { (cd "$work/scratch" && downrange report "$1" 2>/dev/null) | awk '/^Messages of each/ { on = 1 } on && $2 ~ /^[0-9]+$/ { print $1, $2 }'; }
+accepted() { (cd "$work/scratch" && downrange report "$1" 2>/dev/null) | awk '/^Messages of each/ { on = 1 } on && /^\*/ { exit } on && $2 ~ /^[0-9]+$/ { print $1, $2 }'; }
 [[ -n $(accepted flown.mcap) && $(accepted flown.mcap) == "$(accepted now.mcap)" ]] ||
   fail "the wall clock's flight is not the replayed one: $(accepted now.mcap | tr '\n' ' ')"
 

@@ -50,7 +50,7 @@ std::vector<Event> flight(const RangeConfig& range) {
   events.emplace_back(order(OperatorOrder::StopAntenna, stopped_s, "jeju-tm"));
   events.emplace_back(order(OperatorOrder::Release, antennas_released_s, "goheung-tm"));
   events.emplace_back(order(OperatorOrder::Release, antennas_released_s, "jeju-tm"));
-  events.emplace_back(order(OperatorOrder::ResetBias, reset_s, "jeju"));
+  events.emplace_back(order(OperatorOrder::ResetBias, reset_s, "goheung"));
   std::ranges::stable_sort(events, {}, [](const Event& event) { return received_of(event); });
   return events;
 }
@@ -161,7 +161,7 @@ TEST_F(OperatorInFlight, ABiasBeginsAnewWithThePlotAfterTheOrder) {
   double before = 0;
   double at_order = 0;
   for (const SensorBias& bias : results.of<SensorBias>()) {
-    if (bias.sensor != Name("jeju")) continue;
+    if (bias.sensor != Name("goheung")) continue;
     const double t = (bias.received - liftoff).seconds();
     const double sigma = std::sqrt(bias.covariance[0]);
     if (t < reset_s) before = sigma;

@@ -258,10 +258,10 @@ TEST(WatchBoard, WhereATargetFallsFitsOnAScreen) {
   other.impact_valid = false;
   board.add(other, start);
   std::string lines = board.lines(start, utc);
-  EXPECT_TRUE(shows(lines, "rocket     impact  30.0000  126.0507  in  312.4 s  1-sigma 2.0 km x 1.0 km (vacuum)\n"))
+  EXPECT_TRUE(shows(lines, "rocket     vacuum impact  30.0000  126.0507 in  312.4 s  sigma 2.0 km x 1.0 km\n"))
       << lines;
-  EXPECT_TRUE(shows(lines, "  corridor-4     1.5 km OUTSIDE P(out) 1.2e-05 now   123 km inside\n")) << lines;
-  EXPECT_TRUE(shows(lines, "  corridor-2      500 m inside  P(out) 1.2e-05 in  17.5 s now   123 km inside\n")) << lines;
+  EXPECT_TRUE(shows(lines, "  corridor-4     1.5 km OUTSIDE P(out) 1.2e-05 now  123 km inside\n")) << lines;
+  EXPECT_TRUE(shows(lines, "  corridor-2      500 m inside  P(out) 1.2e-05 in  17.5 s now  123 km inside\n")) << lines;
   EXPECT_FALSE(shows(lines, "corridor-1")) << "the three nearest";
   EXPECT_TRUE(shows(lines, "  and 2 boundaries that it is farther inside of\n")) << lines;
   EXPECT_TRUE(shows(lines, "  only-GPS none, only-goheung 11.1 km off\n")) << lines;
@@ -280,11 +280,11 @@ TEST(WatchBoard, WhereATargetFallsFitsOnAScreen) {
   EXPECT_TRUE(shows(board.lines(start, utc), "  DATA LOST for 12.0 s, allowed: 10.0 s\n")) << board.lines(start, utc);
   selected.impact_valid = false;
   board.add(selected, start);
-  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     impact  none: it does not come down\n"));
+  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     vacuum impact none: it does not come down\n"));
   selected.data_age_s = 0;
   selected.boundaries.clear();
   board.add(selected, start);
-  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     impact  none: there is no track\n"));
+  EXPECT_TRUE(shows(board.lines(start, utc), "rocket     vacuum impact none: there is no track\n"));
   EXPECT_TRUE(shows(board.lines(start, utc + seconds(7)), "  the impact point is  old 7 s\n"));
 }
 

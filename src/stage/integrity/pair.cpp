@@ -75,7 +75,7 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
   }
   const bool failed = fails_;
   // What disagrees at once is no question of clocks, and would only teach the wrong ones.
-  const bool steps = worst.ratio >= noticed;
+  const bool steps = worst.ratio >= 1;
   if (failed ? by_clock_ : !steps) {
     const TestResult clocks = clock_test_(first, a, second, b, threshold);
     if (!failed) by_clock_ = clocks.ratio >= noticed;
