@@ -204,6 +204,7 @@ ExperimentResult run_impact(const ExperimentOptions& options) {
   (void)chosen_methods(options.methods, honesty_methods());
   const int runs = options.runs > 0 ? options.runs : impact_runs;
   std::vector<honesty::Profile> profiles;
+  profiles.reserve(cases.size());
   for (const Case& c : cases) profiles.push_back(impact::profile(c.gps_rate_hz));
   const int count = static_cast<int>(cases.size());
   const auto flights = parallel_runs<Flown>(

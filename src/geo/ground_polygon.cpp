@@ -187,6 +187,7 @@ GroundPolygon::GroundPolygon(const std::vector<GroundPoint>& given) {
   std::vector<LinePoint> line = line_of(without_repeated_end(given));
   axes_ = axes_of(line);
   std::vector<Eigen::Vector2d> plane;
+  plane.reserve(line.size());
   for (const LinePoint& p : line) plane.push_back(in_plane(axes_, direction_of(p.at)));
   if (doubled_area(plane) < 0) {
     std::ranges::reverse(line);

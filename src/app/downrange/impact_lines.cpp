@@ -41,8 +41,8 @@ std::string point_line(const ImpactPoint& i) {
   const std::string head = format("%-10s vacuum impact ", i.target.c_str());
   if (!i.impact_valid && i.data_age_s == 0 && i.data_loss_timer_s > 0) return head + "none: there is no track\n";
   if (!i.impact_valid) return head + "none: it does not come down\n";
-  return head + format("%8.4f %9.4f in %6.1f s  sigma %s\n", i.point.latitude_rad / deg,
-                       i.point.longitude_rad / deg, i.time_to_impact_s, ellipse(i.covariance_m2).c_str());
+  return head + format("%8.4f %9.4f in %6.1f s  sigma %s\n", i.point.latitude_rad / deg, i.point.longitude_rad / deg,
+                       i.time_to_impact_s, ellipse(i.covariance_m2).c_str());
 }
 
 std::string boundary_lines(const ImpactPoint& i) {
