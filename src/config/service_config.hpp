@@ -36,6 +36,7 @@ struct DdsConfig {
   int domain = 0;
   std::filesystem::path profiles;  ///< XML file of QoS profiles, absolute; empty: the file has no [dds]
   std::vector<Name> ingest_nodes;  ///< nodes whose observations a node without ingest reads
+  std::vector<std::string> peers;  ///< addresses and networks that take part, for firewalls; empty: not told
 };
 
 struct ArchiveConfig {

@@ -1,5 +1,10 @@
 #include "config/sections.hpp"
 
+#include <arpa/inet.h>
+
+#include <array>
+#include <charconv>
+
 #include "config/section.hpp"
 
 namespace downrange::config {
@@ -32,6 +37,32 @@ Key<NodeConfig> stages_key() {
             }
             return show_texts(texts);
           }};
+}
+
+/// An IPv4 or IPv6 address, or with "/24" behind it a network.
+bool is_network(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const std::string address = text.substr(0, slash);
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  const bool v4 = inet_pton(AF_INET, address.c_str(), bytes.data()) == 1;
+  if (!v4 && inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1) return false;
+  if (slash == std::string::npos) return true;
+  const char* const end = text.data() + text.size();
+  int prefix = 0;
+  const auto [stop, error] = std::from_chars(text.data() + slash + 1, end, prefix);
+  return error == std::errc() && stop == end && prefix >= 1 && prefix <= (v4 ? 32 : 128);
+}
+
+Key<DdsConfig> peers_key() {
+  return {{"peers", R"(a list of IP addresses and networks, as "192.0.2.7", "192.0.2.0/24", "2001:db8::/64")", optional,
+           "who takes part: `downrange firewall` makes rules of it"},
+          [](DdsConfig& dds, const toml::node& value) {
+            auto texts = read_texts(value);
+            if (!texts || !std::ranges::all_of(*texts, is_network)) return false;
+            dds.peers = std::move(*texts);
+            return true;
+          },
+          [](const DdsConfig& dds) { return show_texts(dds.peers); }};
 }
 
 }  // namespace
@@ -72,6 +103,7 @@ Section dds_section() {
           integer("domain", at(&D::domain), {0, 232}, optional, "DDS domain"),
           path("profiles", at(&D::profiles), required, "XML file of QoS profiles, relative to this file"),
           ids("ingest_nodes", at(&D::ingest_nodes), optional, "nodes whose observations a node without ingest reads"),
+          peers_key(),
       });
   section.optional = true;
   return section;

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # What `downrange` says when something is wrong: a clear message, the right exit code, never a crash.
-# usage: command_fault_test.sh DOWNRANGE_DIR SOURCE_DIR
+# usage: command_fault_test.sh DOWNRANGE_DIR SOURCE_DIR DOWNRANGED_DIR
 set -uo pipefail
 
 downrange=$1/downrange
 source=$2
+downranged=$3/downranged
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 failures=0
@@ -36,7 +37,7 @@ cp "$source/config/dds-qos.xml" "$work"
 expect 0 "odd.toml:" "$downrange" check "$work/odd.toml"
 expect 0 "the longitude's sign?" "$downrange" check "$work/odd.toml"
 expect 0 "" bash -c "[[ \$('$downrange' check '$work/odd.toml' 2> /dev/null) != *warning* ]]"
-sed -e '/^\[dds\]/,/^ingest_nodes/d' "$naro" > "$work/no_bus.toml"
+sed -e '/^\[dds\]/,/^peers/d' "$naro" > "$work/no_bus.toml"
 expect 0 "valid" "$downrange" check "$work/no_bus.toml"
 expect 2 "dds: missing" "$downrange" watch "$work/no_bus.toml" --plain --idle 1
 expect 2 "absent.mcap" "$downrange" replay "$work/absent.mcap" --config "$work/absent.mcap"
@@ -71,6 +72,21 @@ expect 1 "no recorded flights in $work" env DOWNRANGE_DATA="$work" "$downrange" 
 # One run reaches no statistical figure: exit code 1 is that, not the absent flights.
 expect 1 "flights: left out, no recorded flights in $work" \
   env DOWNRANGE_DATA="$work" "$downrange" experiment all --runs 1
+
+# Rules for a firewall, out of the configured peers alone; downranged looks at its own command line without starting.
+expect 2 "dds.peers: none named" "$downrange" firewall "$naro" --for nftables
+expect 2 "--for" "$downrange" firewall "$naro" --set 'dds.peers=["192.0.2.7"]'
+expect 2 "allowed: a list of IP addresses" "$downrange" firewall "$naro" --for systemd --set 'dds.peers=["192.0.2.7\nUser=root"]'
+expect 2 "dds: missing" "$downrange" firewall "$work/no_bus.toml" --for systemd
+peers='dds.peers=["192.0.2.7", "2001:db8::/64"]'
+expect 0 "udp dport != 7650-7899 accept" "$downrange" firewall "$naro" --for nftables --domain 1 --set "$peers"
+expect 0 "udp dport != 65400-65535 accept" "$downrange" firewall "$naro" --for nftables --domain 232 --set "$peers"
+expect 0 "elements = { 2001:db8::/64 }" "$downrange" firewall "$naro" --for nftables --set "$peers"
+expect 0 $'IPAddressAllow=192.0.2.7\nIPAddressAllow=2001:db8::/64' "$downrange" firewall "$naro" --for systemd --set "$peers"
+expect 0 "" "$downranged" --check --config "$naro" --stages ingest
+expect 2 "sigma_range_m" "$downranged" --check --config "$work/bad.toml"
+expect 2 "node.stages" "$downranged" --check --config "$naro" --stages nonesuch
+expect 2 "dds: missing" "$downranged" --check --config "$work/no_bus.toml"
 
 # A small flight to spoil.
 sed -e 's/^end_s = .*/end_s = 60/' "$launch" > "$work/short.toml"

@@ -523,5 +523,17 @@ TEST(Sources, ARangeMayHaveNoRadar) {
   EXPECT_EQ(joined(problems_of(gps_only)), "");
 }
 
+TEST(Peers, AreAddressesAndNetworks) {
+  const auto with = [](const std::string& peers) {
+    return load(naro, {{"dds.peers", "[" + peers + "]", "--set"}}).dds.peers;
+  };
+  EXPECT_TRUE(load(naro).dds.peers.empty());
+  EXPECT_EQ(with(R"("192.0.2.7", "192.0.2.0/24", "2001:db8::1", "2001:db8::/128")").size(), 4u);
+  for (const char* wrong : {"192.0.2", "192.0.2.256", "192.0.2.0/", "192.0.2.0/0", "192.0.2.0/33", "192.0.2.0/24 ",
+                            "192.0.2.0/+8", "192.0.2.0/8/8", "2001:db8::/129", "radar.example", "", "any"}) {
+    EXPECT_THROW(static_cast<void>(with('"' + std::string(wrong) + '"')), ConfigError) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace downrange::config

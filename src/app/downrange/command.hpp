@@ -26,6 +26,7 @@ void add_rotctld(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_diff(CLI::App& app, Run& run);
 void add_experiment(CLI::App& app, Run& run);
+void add_firewall(CLI::App& app, Run& run);
 
 /// Exit codes, as in the README.
 inline constexpr int exit_ok = 0;

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shipped_files.hpp"
+
 namespace downrange::app {
 
 void FaultOptions::add_to(CLI::App& command) {
@@ -43,6 +45,6 @@ Time liftoff_told(const std::vector<Event>& events, const std::string& archive) 
   return *told;
 }
 
-std::string default_faults() { return std::string(DOWNRANGE_SOURCE_DIR) + "/tools/scenarios/faults/catalogue.toml"; }
+std::string default_faults() { return shipped_file("scenarios/faults/catalogue.toml").string(); }
 
 }  // namespace downrange::app

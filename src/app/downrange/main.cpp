@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   add_report(app, run);
   add_diff(app, run);
   add_experiment(app, run);
+  add_firewall(app, run);
   try {
     app.parse(argc, argv);
     return run();

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "config/load.hpp"
+#include "shipped_files.hpp"
 
 namespace downrange::app {
 namespace {
@@ -18,9 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr std::array known{"falcon_heavy_demo", "falcon9_crs11"};
 
-fs::path checkout() { return DOWNRANGE_SOURCE_DIR; }
-fs::path mapping_of(const std::string& flight) { return checkout() / "tools" / "imports" / (flight + ".toml"); }
-fs::path range_file() { return checkout() / "config" / "cape.toml"; }
+fs::path mapping_of(const std::string& flight) { return shipped_file(fs::path("imports") / (flight + ".toml")); }
+fs::path range_file() { return shipped_file("config/cape.toml"); }
 
 /// An archive of this process's own that is gone with this object.
 class TemporaryArchive {
@@ -45,7 +45,7 @@ fs::path flights_folder(const std::string& given) {
   if (!given.empty()) return given;
   if (const char* data = std::getenv("DOWNRANGE_DATA")) return data;
   if (const char* shared = std::getenv("DOWNRANGE_SHARED")) return fs::path(shared) / "data";
-  return (checkout() / ".." / "shared" / "data").lexically_normal();
+  return (fs::path(DOWNRANGE_SOURCE_DIR) / ".." / "shared" / "data").lexically_normal();
 }
 
 std::vector<std::string> flights_in(const fs::path& folder) {

@@ -42,6 +42,7 @@ void reload(const Options& options, config::ServiceConfig& running, Logging& log
 int run(const Signals& signals, const Options& options) {
   config::ServiceConfig config = config::load(options.config, options.overrides);
   config::require_dds(config);
+  if (options.check) return 0;
   Logging logging(config.log);
   for (const config::Problem& warning : config.warnings) spdlog::warn("configuration: {}", warning.to_string());
   Service service(config, [&signals] { signals.service_failed(); });

@@ -53,6 +53,7 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       ->type_name("A,B");
   app.add_option("--archive", archive, "record to this folder, or to this file *.mcap")->type_name("PATH");
   app.add_option("--set", set, "replace any key, e.g. ingest.expect_simulated=true")->type_name("KEY=VALUE");
+  app.add_flag("--check", options.check, "only check the configuration with these options: exit code 0, or 2");
 
   try {
     app.parse(argc, argv);

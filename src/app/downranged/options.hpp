@@ -11,6 +11,7 @@ namespace downrange::app {
 struct Options {
   std::filesystem::path config;
   config::Overrides overrides;  ///< options that replace keys of the file
+  bool check = false;           ///< only say whether they and the file are valid
 };
 
 /// Exit codes, also in deploy/README.md.
