@@ -107,7 +107,30 @@ by scenario_faults_test "downrange experiment faults --html faults.html --json f
 run "downrange simulate my-range.toml --scenario launch.toml --faults catalogue.toml --fault gps-step-200 --archive faulty.mcap"
 run "downrange replay flight.mcap --config my-range.toml --faults catalogue.toml --fault spent-stage-20 --fault-begin 10"
 
-# ---- deploy/README.md: installed into a folder instead of the machine
+# ---- deploy/README.md: the packages
+by .ci/run "tools/package"
+# by tests/system: what only a machine that systemd runs can do, tried by that long run.
+in_system() {
+  printf '%s\n' "$1" >>"$listed"
+  grep -qE -- "$2" "$source/tests/system/package_test.sh" || fail "$1: not in tests/system/package_test.sh"
+}
+version=$(sed -nE 's/^project\(downrange VERSION ([0-9.]+).*/\1/p' "$source/CMakeLists.txt")
+in_system "sudo apt install ./build/package/downrange_$version-1_amd64.deb" 'install.*downrange_\*\.deb'
+in_system "downrange check /etc/downrange/range.toml" 'downrange check /etc/downrange/range.toml'
+in_system "sudo systemctl enable --now downranged" 'systemctl enable --now downranged$'
+in_system "sudo systemctl enable --now downranged@site-a" 'systemctl enable --now downranged@site-a'
+in_system "echo 'downrange downrange/remove-flights boolean true' | sudo debconf-set-selections" 'downrange/remove-flights boolean true'
+in_system "sudo mkdir -p /etc/systemd/system/downranged.service.d" 'mkdir -p /etc/systemd/system/downranged.service.d'
+in_system "downrange firewall /etc/downrange/range.toml --for systemd | sudo tee /etc/systemd/system/downranged.service.d/peers.conf" '--for systemd .*downranged.service.d/peers.conf'
+in_system "sudo systemctl daemon-reload && sudo systemctl restart downranged" 'systemctl restart downranged'
+in_system "downrange firewall /etc/downrange/range.toml --for nftables | sudo tee /etc/nftables-downrange.conf" '--for nftables .*/etc/nftables-downrange.conf'
+in_system "sudo nft -f /etc/nftables-downrange.conf" 'nft -f /etc/nftables-downrange.conf'
+run "downrange simulate /etc/downrange/range.toml --set ingest.expect_simulated=true --scenario /usr/share/downrange/scenarios/launch.toml --archive rehearsal.mcap --truth truth.mcap" \
+  "downrange simulate my-range.toml --set ingest.expect_simulated=true --scenario launch.toml --archive rehearsal.mcap --truth truth.mcap"
+run "downrange replay rehearsal.mcap --out rehearsed.mcap"
+run "downrange report rehearsed.mcap --truth truth.mcap"
+
+# ---- deploy/README.md, without packages: installed into a folder instead of the machine
 root=$work/root
 sudo() { # what follows sudo, on that folder
   case $1 in
