@@ -4,7 +4,8 @@ downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_a
                LIBS downrange_sim downrange_config)
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp
                LIBS downrange_experiment downrange_config downrange_archive TIMEOUT 600)
-target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp)
+target_sources(scenario_recorded_flights_test PRIVATE ${PROJECT_SOURCE_DIR}/src/app/downrange/recorded_flights.cpp
+                                                      ${PROJECT_SOURCE_DIR}/src/app/downrange/shipped_files.cpp)
 target_compile_definitions(scenario_recorded_flights_test PRIVATE DOWNRANGE_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 
 # The binaries as a person uses them. Each takes a DDS domain of its own.
