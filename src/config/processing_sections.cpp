@@ -9,6 +9,7 @@ namespace {
 
 std::vector<std::pair<std::string_view, Kinematics>> kinematics_names() {
   std::vector<std::pair<std::string_view, Kinematics>> names;
+  names.reserve(std::size(all_kinematics));
   for (const Kinematics kinematics : all_kinematics) names.emplace_back(to_string(kinematics), kinematics);
   return names;
 }

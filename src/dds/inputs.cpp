@@ -45,8 +45,9 @@ class InputReader::Impl {
 
   template <class Input>
   void open(Participant& participant) {
-    std::get<Reader<Input>>(readers_).emplace(participant, topic_of<Input>, tally_,
-                                              [this](const auto& wire, const auto&) { return receive<Input>(wire); });
+    std::get<Reader<Input>>(readers_).emplace(
+        participant, topic_of<Input>, tally_,
+        [this](const auto& wire, const auto&) { return this->template receive<Input>(wire); });
   }
 
   template <class Input>

@@ -140,8 +140,8 @@ class OutputReaders::Impl {
   template <class Record>
   void open(Participant& participant, const EndpointOptions& options) {
     std::get<Reader<Record>>(readers_).emplace(
-        participant, topic_of<Record>, tally_, [this](const auto& wire, const auto&) { return receive<Record>(wire); },
-        options);
+        participant, topic_of<Record>, tally_,
+        [this](const auto& wire, const auto&) { return this->template receive<Record>(wire); }, options);
   }
 
   template <class Record>
