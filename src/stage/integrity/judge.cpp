@@ -287,6 +287,9 @@ void Judge::compare(int index, Time at, bool in_flight) {
   const auto accused = [&](int w) {
     return standing_[static_cast<std::size_t>(w)].judgement.verdict != IntegrityVerdict::Agrees;
   };
+  const auto elsewhere = [&](int w) {
+    return accused(w) && standing_[static_cast<std::size_t>(w)].judgement.why != Finding::Clock;
+  };
   for (Pair& pair : pairs_) {
     if (!pair.has(index) || (pair.compared() && *pair.compared() >= at)) continue;
     const Witness& first = witnesses_[static_cast<std::size_t>(pair.first())];
@@ -294,7 +297,8 @@ void Judge::compare(int index, Time at, bool in_flight) {
     const Sample* a = first.series.at(at);
     const Sample* b = second.series.at(at);
     if (a == nullptr || b == nullptr) continue;
-    pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()), in_flight, threshold_);
+    pair.compare(first, *a, second, *b, accused(pair.first()) || accused(pair.second()),
+                 elsewhere(pair.first()) || elsewhere(pair.second()), in_flight, threshold_);
     if (first.is_receiver() && second.kind == WitnessKind::Radar) ask_radar(second, *b, pair.first(), *a);
   }
 }

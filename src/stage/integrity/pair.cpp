@@ -48,7 +48,7 @@ void Pair::renew_references(const Witness& first, const Witness& second, Time at
 }
 
 void Pair::compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold,
-                   bool in_flight, const Threshold& threshold) {
+                   bool elsewhere, bool in_flight, const Threshold& threshold) {
   if (!hold && !fails_ && exceeding_ == 0) renew_references(first, second, a.epoch);
   const TestResult coarse = coarse_test(first, a, second, b, threshold);
   TestResult worst = coarse;
@@ -75,7 +75,7 @@ void Pair::compare(const Witness& first, const Sample& a, const Witness& second,
   }
   const bool failed = fails_;
   // What disagrees at once is no question of clocks, and would only teach the wrong ones.
-  const bool steps = worst.ratio >= 1;
+  const bool steps = worst.ratio >= 1 || elsewhere;
   if (failed ? by_clock_ : !steps) {
     const TestResult clocks = clock_test_(first, a, second, b, threshold);
     if (!failed) by_clock_ = clocks.ratio >= noticed;

@@ -16,9 +16,10 @@ class Pair {
   Pair(int first, int second) : first_(first), second_(second) {}
 
   /// Compares the samples of both at one instant, newer than any compared before. `hold`: one of them is under
-  /// accusation: what they agreed on before stays the measure. `in_flight`: the vehicle has left its pad.
-  void compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold, bool in_flight,
-               const Threshold& threshold);
+  /// accusation: what they agreed on before stays the measure. `elsewhere`: and not for its clock: nothing is to be
+  /// learnt of clocks from it. `in_flight`: the vehicle has left its pad.
+  void compare(const Witness& first, const Sample& a, const Witness& second, const Sample& b, bool hold, bool elsewhere,
+               bool in_flight, const Threshold& threshold);
 
   [[nodiscard]] int first() const { return first_; }
   [[nodiscard]] int second() const { return second_; }
