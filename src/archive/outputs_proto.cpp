@@ -277,6 +277,8 @@ void to_proto(const SlavingCommand& in, record::SlavingCommand& out) {
   out.set_bound_valid(in.bound_valid);
   put(in.chain, out.mutable_chain());
   out.set_off_target_rad(in.off_target_rad);
+  out.set_mount_azimuth_rad(in.mount_azimuth_rad);
+  out.set_mount_elevation_rad(in.mount_elevation_rad);
 }
 
 SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
@@ -307,6 +309,48 @@ SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect) {
   out.bound_valid = in.bound_valid();
   out.chain = name(in.chain(), "chain", defect);
   out.off_target_rad = in.off_target_rad();
+  out.mount_azimuth_rad = in.mount_azimuth_rad();
+  out.mount_elevation_rad = in.mount_elevation_rad();
+  return out;
+}
+
+void to_proto(const AntennaAccount& in, record::AntennaAccount& out) {
+  put(in.antenna, out.mutable_antenna());
+  put(in.target, out.mutable_target());
+  out.set_tick_ns(in.tick.ns);
+  out.set_basis(wire<record::PassBasis>(in.basis));
+  out.set_in_view(in.in_view);
+  out.set_acquisition_valid(in.acquisition_valid);
+  out.set_acquisition_ns(in.acquisition.ns);
+  out.set_acquisition_azimuth_rad(in.acquisition_azimuth_rad);
+  out.set_loss_valid(in.loss_valid);
+  out.set_loss_ns(in.loss.ns);
+  out.set_loss_azimuth_rad(in.loss_azimuth_rad);
+  out.set_highest_valid(in.highest_valid);
+  out.set_highest_elevation_rad(in.highest_elevation_rad);
+  out.set_highest_ns(in.highest.ns);
+  put(in.orders, out.mutable_orders());
+  out.set_pass_valid(in.pass_valid);
+}
+
+AntennaAccount from_proto(const record::AntennaAccount& in, Defect& defect) {
+  AntennaAccount out;
+  out.antenna = name(in.antenna(), "antenna", defect);
+  out.target = name(in.target(), "target", defect);
+  out.tick = {in.tick_ns()};
+  out.basis = enumerator(in.basis(), PassBasis::PlannedLiftoff, "basis", defect);
+  out.in_view = in.in_view();
+  out.acquisition_valid = in.acquisition_valid();
+  out.acquisition = {in.acquisition_ns()};
+  out.acquisition_azimuth_rad = in.acquisition_azimuth_rad();
+  out.loss_valid = in.loss_valid();
+  out.loss = {in.loss_ns()};
+  out.loss_azimuth_rad = in.loss_azimuth_rad();
+  out.highest_valid = in.highest_valid();
+  out.highest_elevation_rad = in.highest_elevation_rad();
+  out.highest = {in.highest_ns()};
+  out.orders = name<Remark>(in.orders(), "orders", defect);
+  out.pass_valid = in.pass_valid();
   return out;
 }
 

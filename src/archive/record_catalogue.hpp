@@ -114,6 +114,13 @@ void to_proto(const SlavingCommand& in, record::SlavingCommand& out);
 [[nodiscard]] SlavingCommand from_proto(const record::SlavingCommand& in, Defect& defect);
 
 template <>
+struct ProtoOf<AntennaAccount> {
+  using Message = record::AntennaAccount;
+};
+void to_proto(const AntennaAccount& in, record::AntennaAccount& out);
+[[nodiscard]] AntennaAccount from_proto(const record::AntennaAccount& in, Defect& defect);
+
+template <>
 struct ProtoOf<ImpactPoint> {
   using Message = record::ImpactPoint;
 };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <downrange/est/method/method_table.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <iterator>
@@ -80,6 +81,28 @@ void check_noise(const RadarConfig& radar, std::size_t i, const Checker& check) 
   needs("sigma_elevation_deg", radar.measures.angles, "angles");
 }
 
+/// The sensor on an antenna's mount is on that mount alone, and stands where it stands.
+void check_mount(const RangeConfig& range, std::size_t i, const Checker& check) {
+  constexpr double same_mount_m = 100;
+  const AntennaConfig& a = range.antennas[i];
+  if (a.sensor.empty()) return;
+  const std::string path = entry("antenna", i, "sensor");
+  const std::string found = "found \"" + std::string(a.sensor.view()) + "\", allowed: ";
+  const auto tracker = std::ranges::find(range.angle_sensors, a.sensor, &AngleSensorConfig::id);
+  const auto radar = std::ranges::find(range.radars, a.sensor, &RadarConfig::id);
+  const bool measures = tracker != range.angle_sensors.end() || (radar != range.radars.end() && radar->measures.angles);
+  check.require(measures, path, found + "the id of an [[angle_sensor]] or of a [[radar]] that measures angles");
+  check.require(!a.moves, path, found + "no sensor where the antenna moves");
+  if (!measures) return;
+  for (std::size_t k = 0; k < i; ++k)
+    check.require(range.antennas[k].sensor != a.sensor, path,
+                  found + "a sensor that is not on the mount of antenna " + std::string(range.antennas[k].id.view()));
+  const Site& site = tracker != range.angle_sensors.end() ? tracker->site : radar->site;
+  const double apart_m = (site.ecef().m - a.site.ecef().m).norm();
+  check.require(apart_m <= same_mount_m, path,
+                found + "a sensor within 100 m of the antenna (it is " + show_number(std::round(apart_m)) + " m away)");
+}
+
 void check_instruments(const RangeConfig& range, const Checker& check) {
   for (std::size_t i = 0; i < range.radars.size(); ++i) {
     const RadarConfig& r = range.radars[i];
@@ -103,6 +126,7 @@ void check_instruments(const RangeConfig& range, const Checker& check) {
         a.target.empty() || std::ranges::find(range.targets, a.target, &TargetConfig::id) != range.targets.end();
     check.require(known, entry("antenna", i, "target"),
                   "found \"" + std::string(a.target.view()) + "\", allowed: the id of a [[target]]");
+    check_mount(range, i, check);
     ordered(check, a.azimuth_min_rad, a.azimuth_max_rad, entry("antenna", i, "azimuth_max_deg"), "azimuth_min_deg");
     ordered(check, a.elevation_min_rad, a.elevation_max_rad, entry("antenna", i, "elevation_max_deg"),
             "elevation_min_deg");

@@ -302,7 +302,13 @@ Section antenna_section() {
       [](ServiceConfig& c) -> std::vector<A>& { return c.range.antennas; },
       with_site<A>(
           {id("id", at(&A::id), required, "antenna_id on the topics"),
-           id("target", at(&A::target), optional, "id of the target it follows; left out: the first")},
+           id("target", at(&A::target), optional, "id of the target it follows; left out: the first"),
+           id("sensor", at(&A::sensor), optional,
+              "id of the tracker or radar on the same mount: what it reads while it tracks tells the mount's own "
+              "pointing error, which is taken out of the commands; what it reads while the antenna is slaved "
+              "(range/antenna) is no measurement; left out: none"),
+           flag("moves", at(&A::moves), optional,
+                "it is on a ship or an aircraft: range/platform tells where it is and where its azimuth zero points")},
           {
               number("azimuth_min_deg", at(&A::azimuth_min_rad), {-1080, 1080}, optional,
                      "lower end of the azimuth travel, cable wrap included"),
@@ -327,6 +333,9 @@ Section antenna_section() {
                      "(slave.beam_probability_min) while coasting; 0: not known"),
               number("refractivity_n", at(&A::refractivity), {0, 500}, optional,
                      "refractivity of the air at the site, added to the elevation; 0: none is"),
+              number("mount_error_max_deg", at(&A::mount_error_max_rad), {0, 20}, optional,
+                     "largest pointing error of an axis that is taken out of the commands (sensor); what reads "
+                     "farther away tracks something else"),
               span("link_delay_ms", at(&A::link_delay), {0, 10'000}, required,
                    "from the node to the antenna's control unit"),
               span("lead_ms", at(&A::lead), {0, 10'000}, required, "lag of the servo, to be led"),

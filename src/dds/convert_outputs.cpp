@@ -185,6 +185,8 @@ void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to) {
   to.bound_valid(from.bound_valid);
   to.off_target_rad(from.off_target_rad);
   to.chain() = from.chain.c_str();
+  to.mount_azimuth_rad(from.mount_azimuth_rad);
+  to.mount_elevation_rad(from.mount_elevation_rad);
 }
 
 Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to) {
@@ -215,6 +217,48 @@ Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to) {
   to.bound_valid = from.bound_valid();
   to.off_target_rad = from.off_target_rad();
   check.text("chain", from.chain().c_str(), to.chain);
+  to.mount_azimuth_rad = from.mount_azimuth_rad();
+  to.mount_elevation_rad = from.mount_elevation_rad();
+  return check.defect();
+}
+
+void to_wire(const AntennaAccount& from, Wire<AntennaAccount>& to) {
+  to.antenna_id() = from.antenna.c_str();
+  to.target_id() = from.target.c_str();
+  to.tick_ns(from.tick.ns);
+  to.basis(same_number<wire::PassBasis>(from.basis));
+  to.in_view(from.in_view);
+  to.acquisition_valid(from.acquisition_valid);
+  to.acquisition_ns(from.acquisition.ns);
+  to.acquisition_azimuth_rad(from.acquisition_azimuth_rad);
+  to.loss_valid(from.loss_valid);
+  to.loss_ns(from.loss.ns);
+  to.loss_azimuth_rad(from.loss_azimuth_rad);
+  to.highest_valid(from.highest_valid);
+  to.highest_elevation_rad(from.highest_elevation_rad);
+  to.highest_ns(from.highest.ns);
+  to.orders() = from.orders.c_str();
+  to.pass_valid(from.pass_valid);
+}
+
+Defect from_wire(const Wire<AntennaAccount>& from, AntennaAccount& to) {
+  Check check;
+  check.name("antenna_id", from.antenna_id().c_str(), to.antenna);
+  check.name("target_id", from.target_id().c_str(), to.target);
+  to.tick.ns = from.tick_ns();
+  check.enumerator("basis", from.basis(), PassBasis::PlannedLiftoff, to.basis);
+  to.in_view = from.in_view();
+  to.acquisition_valid = from.acquisition_valid();
+  to.acquisition.ns = from.acquisition_ns();
+  to.acquisition_azimuth_rad = from.acquisition_azimuth_rad();
+  to.loss_valid = from.loss_valid();
+  to.loss.ns = from.loss_ns();
+  to.loss_azimuth_rad = from.loss_azimuth_rad();
+  to.highest_valid = from.highest_valid();
+  to.highest_elevation_rad = from.highest_elevation_rad();
+  to.highest.ns = from.highest_ns();
+  check.text("orders", from.orders().c_str(), to.orders);
+  to.pass_valid = from.pass_valid();
   return check.defect();
 }
 

@@ -112,10 +112,17 @@ void to_wire(const Integrity& from, Wire<Integrity>& to);
 
 template <>
 struct WireOf<SlavingCommand> {
-  using PubSubType = wire::SlavingCommandV3PubSubType;
+  using PubSubType = wire::SlavingCommandV4PubSubType;
 };
 void to_wire(const SlavingCommand& from, Wire<SlavingCommand>& to);
 [[nodiscard]] Defect from_wire(const Wire<SlavingCommand>& from, SlavingCommand& to);
+
+template <>
+struct WireOf<AntennaAccount> {
+  using PubSubType = wire::AntennaAccountV4PubSubType;
+};
+void to_wire(const AntennaAccount& from, Wire<AntennaAccount>& to);
+[[nodiscard]] Defect from_wire(const Wire<AntennaAccount>& from, AntennaAccount& to);
 
 template <>
 struct WireOf<ImpactPoint> {

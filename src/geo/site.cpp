@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <GeographicLib/Geocentric.hpp>
 #include <cmath>
 #include <downrange/geo/site.hpp>
@@ -47,10 +48,10 @@ Rotation<Sez, Enu> sez_from_enu() {
   return r;
 }
 
-Site::Site(const Geodetic& g)
+Site::Site(const Geodetic& g, double azimuth_zero_rad)
     : geodetic_(g),
       ecef_(ecef_from_geodetic(g)),
-      R_enu_ecef_(enu_from_ecef_at(g)),
+      R_enu_ecef_{Eigen::AngleAxisd(azimuth_zero_rad, Eigen::Vector3d::UnitZ()) * enu_from_ecef_at(g).R},
       R_sez_ecef_(sez_from_enu() * R_enu_ecef_) {}
 
 }  // namespace downrange

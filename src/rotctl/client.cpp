@@ -8,6 +8,8 @@ namespace {
 
 constexpr Duration first_pause = milliseconds(500);
 constexpr Duration longest_pause = milliseconds(8000);
+/// A rotator that was served for so long is well; a daemon that talks nonsense is found out sooner.
+constexpr Duration well_after = milliseconds(2000);
 
 }  // namespace
 
@@ -19,7 +21,8 @@ Client::Client(Endpoint rotator, const LinkSettings& settings, ClientCallbacks c
       link_(settings),
       thread_([this] { run(); }) {}
 
-Client::~Client() {
+void Client::finish() {
+  if (!thread_.joinable()) return;
   {
     const std::scoped_lock lock(mutex_);
     stopped_ = true;
@@ -48,10 +51,13 @@ void Client::run() {
   while (!stopped()) {
     std::string why;
     Descriptor socket = connect_to(rotator_, settings_.timeout, wake_, why);
-    if (socket) why = converse(socket);
+    const bool connected = static_cast<bool>(socket);
+    if (connected) why = converse(socket);
     if (stopped()) return;
-    const bool served = link_.established();
+    const bool served = connected && is_well();
+    if (connected) fell_out_ = !served;
     link_.disconnected();
+    held_.clear();
     if (served) {
       said_.clear();
       pause = first_pause;
@@ -65,6 +71,7 @@ void Client::run() {
 std::string Client::converse(Descriptor& socket) {
   {
     const std::scoped_lock lock(mutex_);
+    connected_at_ = now().up;
     link_.connected(book_, now());
   }
   std::string unsent;
@@ -100,9 +107,14 @@ Duration Client::step() {
   return link_.due(book_, t) - t.up;
 }
 
+bool Client::is_well() const { return link_.established() && now().up - connected_at_ >= well_after; }
+
 void Client::tell() {
-  for (const std::string& text : link_.take_notes()) callbacks_.note(text);
   for (const AntennaReport& report : link_.take_reports()) callbacks_.report(report);
+  for (std::string& text : link_.take_notes()) held_.push_back(std::move(text));
+  if (fell_out_ && !is_well() && !stopped()) return;
+  for (const std::string& text : held_) callbacks_.note(text);
+  held_.clear();
 }
 
 void Client::say(const std::string& why) {

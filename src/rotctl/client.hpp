@@ -5,6 +5,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "rotctl/socket.hpp"
 
@@ -19,18 +20,22 @@ struct ClientCallbacks {
 class Client {
  public:
   Client(Endpoint rotator, const LinkSettings& settings, ClientCallbacks callbacks);
-  /// The rotator is told to stop where it is on its way, and is waited for as long as for any answer.
-  ~Client();
+  ~Client() { finish(); }
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
   /// From any thread; never waits for the rotator.
   void take(const SlavingCommand& command);
   [[nodiscard]] LinkCounts counts() const;
+  /// The rotator is told to stop where it is on its way, and is waited for as long as for any answer. Nothing more is
+  /// done after that.
+  void finish();
 
  private:
   void run();
   [[nodiscard]] bool stopped() const;
+  /// The rotator is served, and has been for a while.
+  [[nodiscard]] bool is_well() const;
   /// Why it ended.
   [[nodiscard]] std::string converse(Descriptor& socket);
   /// Asks what is due. How long nothing else will be.
@@ -47,7 +52,10 @@ class Client {
   LinkCounts counts_;
   bool stopped_ = false;
   Link link_;
-  std::string said_;  ///< of connections that failed, since one did not
+  std::string said_;               ///< of connections that failed, since one did not
+  Duration connected_at_{};        ///< by the clock that no one steps
+  bool fell_out_ = false;          ///< of the last connection: soon, over what was said
+  std::vector<std::string> held_;  ///< notes of a connection that may fall out as the last one
   Wake wake_;
   std::thread thread_;
 };

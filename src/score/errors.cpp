@@ -8,6 +8,8 @@
 #include <numbers>
 #include <span>
 
+#include "stage/slave/travel.hpp"
+
 namespace downrange::score {
 namespace {
 
@@ -101,8 +103,21 @@ std::map<Name, RefractionTable> air_of_antennas(const RangeConfig& range) {
   return air;
 }
 
+bool can_point_at(const AntennaConfig& antenna, const Polar& look) {
+  constexpr double turn = 2 * std::numbers::pi;
+  if (look.elevation_rad < Horizon(antenna.elevation_min_rad, antenna.horizon).at(look.azimuth_rad)) return false;
+  const auto in_travel = [&](double azimuth_rad) {
+    const double lowest = azimuth_rad + turn * std::ceil((antenna.azimuth_min_rad - azimuth_rad) / turn);
+    return lowest <= antenna.azimuth_max_rad;
+  };
+  const bool upright = look.elevation_rad <= antenna.elevation_max_rad && in_travel(look.azimuth_rad);
+  const bool over = std::numbers::pi - look.elevation_rad <= antenna.elevation_max_rad;
+  return upright || (over && in_travel(look.azimuth_rad + std::numbers::pi));
+}
+
 double pointing_error(const SlavingCommand& command, const Polar& look) {
-  const Eigen::Vector3d commanded = direction(command.azimuth_rad, command.elevation_rad);
+  const Eigen::Vector3d commanded =
+      direction(command.azimuth_rad - command.mount_azimuth_rad, command.elevation_rad - command.mount_elevation_rad);
   const Eigen::Vector3d exact = direction(look.azimuth_rad, look.elevation_rad);
   return std::atan2(commanded.cross(exact).norm(), commanded.dot(exact));
 }
@@ -110,9 +125,10 @@ double pointing_error(const SlavingCommand& command, const Polar& look) {
 int axes_within_2_sigma(const SlavingCommand& command, const Polar& look) {
   // Over the zenith the azimuth is that of the back.
   const bool over = command.elevation_rad > std::numbers::pi / 2;
-  const double azimuth = std::abs(wrap_pi(command.azimuth_rad - look.azimuth_rad + (over ? std::numbers::pi : 0)));
-  const double elevation =
-      std::abs((over ? std::numbers::pi - command.elevation_rad : command.elevation_rad) - look.elevation_rad);
+  const double azimuth = std::abs(
+      wrap_pi(command.azimuth_rad - command.mount_azimuth_rad - look.azimuth_rad + (over ? std::numbers::pi : 0)));
+  const double up = command.elevation_rad - command.mount_elevation_rad;
+  const double elevation = std::abs((over ? std::numbers::pi - up : up) - look.elevation_rad);
   return (azimuth <= 2 * command.sigma_azimuth_rad ? 1 : 0) + (elevation <= 2 * command.sigma_elevation_rad ? 1 : 0);
 }
 

@@ -92,10 +92,13 @@ inline constexpr double alike_for_s = 60;
 /// The refraction tables of a range's antennas: each that has a refractivity (50 ms apiece).
 [[nodiscard]] std::map<Name, RefractionTable> air_of_antennas(const RangeConfig& range);
 
-/// Angle between where a command points and where the target is.
+/// Whether the antenna's travel and horizon have a place for a look.
+[[nodiscard]] bool can_point_at(const AntennaConfig& antenna, const Polar& look);
+
+/// Angle between where a command points and where the target is. The mount's own error that it has in it is taken out.
 [[nodiscard]] double pointing_error(const SlavingCommand& command, const Polar& look);
 
-/// How many of a command's two axes are within 2 sigma of the target.
+/// How many of a command's two axes are within 2 sigma of the target, likewise.
 [[nodiscard]] int axes_within_2_sigma(const SlavingCommand& command, const Polar& look);
 
 }  // namespace downrange::score

@@ -332,12 +332,17 @@ class Scorer::Run : public ResultSink {
     ++samples.commands;
     samples.age_sum_s += command.age_s;
     samples.worst_age_s = std::max(samples.worst_age_s, command.age_s);
-    if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) {
+    const bool at_stop = (command.limits & (LimitElevation | LimitAzimuth)) != 0;
+    if (!truth || antenna->moves) {
+      if (at_stop) ++samples.held;
+      return;
+    }
+    const auto air = scorer_.antenna_air_.find(command.antenna);
+    const Polar look =
+        pointing_at(antenna->site, air == scorer_.antenna_air_.end() ? nullptr : &air->second, truth->position);
+    if (at_stop && !can_point_at(*antenna, look)) {
       ++samples.held;
-    } else if (truth) {
-      const auto air = scorer_.antenna_air_.find(command.antenna);
-      const Polar look =
-          pointing_at(antenna->site, air == scorer_.antenna_air_.end() ? nullptr : &air->second, truth->position);
+    } else {
       samples.error_rad.push_back(pointing_error(command, look));
       samples.axes_inside += static_cast<std::size_t>(axes_within_2_sigma(command, look));
     }

@@ -55,7 +55,7 @@ struct PointingScore {
   Name antenna;
   SlavingSource source = SlavingSource::Fused;
   std::size_t commands = 0;
-  std::size_t held = 0;    ///< of these, held at the end of the antenna's travel: counted, not scored
+  std::size_t held = 0;    ///< of these, held at the end of the travel, the target being outside: counted, not scored
   std::size_t scored = 0;  ///< of these, those that the angles are of: neither held nor without truth
   double rms_rad = 0;
   double p95_rad = 0;

@@ -178,6 +178,37 @@ StationScenario read_station(TomlSection toml, const RangeConfig& range) {
   return station;
 }
 
+PlatformScenario read_platform(TomlSection toml, const RangeConfig& range) {
+  const AntennaConfig& antenna = find_by_id(toml, "id", range.antennas, "antenna");
+  if (!antenna.moves) toml.fail("id", "this antenna stands; allowed: one with moves = true in the range");
+  const Geodetic& site = antenna.site.geodetic();
+  PlatformScenario platform;
+  platform.id = antenna.id;
+  platform.start = {toml.number("latitude_deg", {-89, 89}, site.latitude_rad / deg) * deg,
+                    toml.number("longitude_deg", {-180, 360}, site.longitude_rad / deg) * deg,
+                    toml.number("height_m", {-500, 20'000}, site.height_m)};
+  platform.course_rad = toml.number("course_deg", {0, 360}, 0) * deg;
+  platform.speed_m_s = toml.number("speed_m_s", {0, 500}, 0);
+  platform.heading_rad = toml.number("heading_deg", {0, 360}, platform.course_rad / deg) * deg;
+  platform.turn_rate_rad_s = toml.number("turn_rate_deg_s", {-10, 10}, 0) * deg;
+  platform.rate_hz = toml.number("rate_hz", {0.1, 100}, 10);
+  platform.sigma_position_m = toml.number("sigma_position_m", {0, 1e4}, 0);
+  platform.sigma_heading_rad = toml.number("sigma_heading_deg", {0, 20}, 0) * deg;
+  platform.latency_s = toml.number("latency_ms", {0, 60'000}, 0) / 1000;
+  toml.reject_unknown();
+  return platform;
+}
+
+AntennaScenario read_antenna(TomlSection toml, const RangeConfig& range) {
+  AntennaScenario antenna;
+  antenna.id = find_by_id(toml, "id", range.antennas, "antenna").id;
+  antenna.slaved = toml.windows("slaved_s");
+  antenna.rate_hz = toml.number("rate_hz", {0.1, 100}, 10);
+  antenna.latency_s = toml.number("latency_ms", {0, 60'000}, 0) / 1000;
+  toml.reject_unknown();
+  return antenna;
+}
+
 LaunchProfile read_profile(TomlSection toml) {
   if (toml.text("kind") != "launch") toml.fail("kind", "is not a known trajectory; allowed: launch");
   LaunchProfile profile = naro_launch_profile();
@@ -238,9 +269,13 @@ Scenario load_scenario(const std::filesystem::path& file, const RangeConfig& ran
     scenario.angle_sensors.push_back(read_angle_sensor(toml, range, scenario));
   scenario.gps = read_gps(root.section("gps"), scenario);
   for (const TomlSection& toml : root.sections("station")) scenario.stations.push_back(read_station(toml, range));
+  for (const TomlSection& toml : root.sections("platform")) scenario.platforms.push_back(read_platform(toml, range));
+  for (const TomlSection& toml : root.sections("antenna")) scenario.antennas.push_back(read_antenna(toml, range));
   require_distinct(root, "radar", scenario.radars);
   require_distinct(root, "angle_sensor", scenario.angle_sensors);
   require_distinct(root, "station", scenario.stations);
+  require_distinct(root, "platform", scenario.platforms);
+  require_distinct(root, "antenna", scenario.antennas);
   root.reject_unknown();
   return scenario;
 }

@@ -105,6 +105,28 @@ struct StationScenario {
   std::vector<Window> outages;
 };
 
+/// What carries a moving antenna: along a geodesic at constant height, turning steadily.
+struct PlatformScenario {
+  Name id;                ///< of the antenna
+  Geodetic start;         ///< at lift-off
+  double course_rad = 0;  ///< at lift-off, clockwise from true north
+  double speed_m_s = 0;
+  double heading_rad = 0;  ///< of the antenna's azimuth zero at lift-off
+  double turn_rate_rad_s = 0;
+  double rate_hz = 10;
+  double sigma_position_m = 0;  ///< noise per axis, and what is stated
+  double sigma_heading_rad = 0;
+  double latency_s = 0;
+};
+
+/// What an antenna tells of its mode: slaved inside the windows, else that it tracks by itself.
+struct AntennaScenario {
+  Name id;
+  std::vector<Window> slaved;
+  double rate_hz = 10;
+  double latency_s = 0;
+};
+
 struct Scenario {
   Name name;
   Name target;
@@ -119,6 +141,8 @@ struct Scenario {
   std::vector<RadarScenario> angle_sensors;  ///< radars that tell no range: range noise and bias do not matter
   GpsScenario gps;
   std::vector<StationScenario> stations;
+  std::vector<PlatformScenario> platforms;
+  std::vector<AntennaScenario> antennas;
 };
 
 /// `visit(sensor)` of every radar and every angles-only tracker.

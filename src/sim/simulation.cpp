@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/antenna_models.hpp"
+
 namespace downrange::sim {
 namespace {
 
@@ -48,6 +50,8 @@ std::vector<RadarTruth> simulate_sensors(const Scenario& scenario, const score::
   }
   for (const RadarScenario& sensor : scenario.angle_sensors) append(simulate_angles(sensor, scenario, truth, seed));
   if (!scenario.stations.empty()) append(simulate_gps(scenario, truth, seed));
+  for (const PlatformScenario& platform : scenario.platforms) append(simulate_platform(platform, scenario, seed));
+  for (const AntennaScenario& antenna : scenario.antennas) append(simulate_antenna(antenna, scenario));
   return radars;
 }
 

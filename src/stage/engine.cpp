@@ -68,9 +68,8 @@ class Engine::Impl {
     if (methods_ && bias_reset_at(command.subject) != reset_before)
       methods_->reset_bias(sources_.find(command.subject), command.received);
   }
-  // Recorded and replayed; no stage depends on them yet.
-  void operator()(const AntennaReport&) {}
-  void operator()(const PlatformState&) {}
+  void operator()(const AntennaReport& report) { ingest_.note(report); }
+  void operator()(const PlatformState& state) { slave_.note(state); }
   void operator()(const RadarTspi& tspi) {
     if (stages_.ingest) pass_on(ingest_.judge(tspi));
   }
@@ -136,6 +135,7 @@ class Engine::Impl {
   /// ALIGN and FUSE.
   void align_and_fuse(const Observation& o) {
     monitor_.count(o);
+    if (stages_.slave) slave_.note(o);
     const bool another_copy = o.verdict == Reason::Duplicate && std::holds_alternative<Fix>(o.measured);
     if (!methods_ || (o.verdict != Reason::Accepted && !another_copy)) return;
     const bool in_flight = ingest_.left_pad(o.target, o.epoch);
@@ -164,12 +164,13 @@ class Engine::Impl {
   }
 
   /// What operators want of each antenna at this tick.
-  std::span<const AntennaWill> antenna_will() {
+  std::span<const AntennaWill> antenna_will(Time t) {
     const auto stands = [](const StandingOrder& order) { return order.order != OperatorOrder::Release; };
     for (std::size_t i = 0; i < antenna_will_.size(); ++i) {
       const AntennaOrders& orders = ingest_.orders().of_antenna(static_cast<int>(i));
       AntennaWill& will = antenna_will_[i];
       will = {.stopped = stands(orders.stop)};
+      if (tells_accounts(t)) will.orders = words_of(orders);
       if (stands(orders.trim)) {
         will.azimuth_trim_rad = orders.trim.azimuth_trim_rad;
         will.elevation_trim_rad = orders.trim.elevation_trim_rad;
@@ -188,7 +189,8 @@ class Engine::Impl {
     if (methods_) methods_->judge(t, will(), integrity_tap_);
     if (methods_ && stages_.fuse && !config_.fuse.publish_on_data) methods_->emit_trajectories_at(t, sink_);
     if (methods_ && stages_.slave)
-      slave_.tick(t, methods_->followed(), ingest_.mission().liftoff(), sink_, antenna_will());
+      slave_.tick(t, methods_->followed(), ingest_.mission().liftoff(), sink_, antenna_will(t),
+                  ingest_.mission().planned_liftoff());
     if (impact_) impact_->tick(t, ingest_.mission().liftoff(), methods_->integrity(), sink_);
     if (t.ns % 1'000'000'000 == 0) monitor_.report(t, views(), sink_);
   }

@@ -37,11 +37,7 @@ std::optional<double> data_loss_limit_s(std::span<const DataLossLimit> table, do
 std::vector<Name> impact_chains(const RangeConfig& config) {
   if (!config.impact.enabled) return {};
   std::vector<Name> chains{Name{}};
-  if (!config.integrity.enabled) return chains;
-  const bool takes_angles = capabilities_of(config.fuse.methods.front().view()).partial_plots;
-  const auto units = source_units(SourceTable(config), takes_angles);
-  if (units.size() < 2) return chains;
-  for (const ChainPlan& plan : plan_chains(units).chains)
+  for (const ChainPlan& plan : chains_of(config))
     if (plan.independent) chains.push_back(plan.name);
   return chains;
 }

@@ -22,6 +22,8 @@ constexpr Duration at_liftoff = milliseconds(10'000);
 /// From its pad: three times the most that a launch vehicle's velocity changes by (departure.cpp), for lift-offs that
 /// are announced late and small rockets.
 constexpr double most_acceleration_m_s2 = 300;
+/// What an antenna says of itself counts so long, when it says no more.
+constexpr Duration antenna_said_lasts = milliseconds(5000);
 /// A receiver that states worse has no fix.
 constexpr double sigma_max = 1e5;
 
@@ -68,11 +70,24 @@ Reason first_reason(Judges&&... judges) {
 }  // namespace
 
 Ingest::Ingest(const RangeConfig& config)
-    : config_(config), sources_(config), departure_(config), mission_(config), orders_(config) {}
+    : config_(config),
+      sources_(config),
+      departure_(config),
+      mission_(config),
+      orders_(config),
+      antennas_(config.antennas.size()) {}
 
 void Ingest::note(const MissionEvent& event) {
   mission_.note(event);
   if (event.kind == MissionEventKind::Recycle && mission_.refusal(event).empty()) departure_.recycle();
+}
+
+void Ingest::note(const AntennaReport& report) {
+  const int antenna = index_of(config_.antennas, report.antenna);
+  if (antenna < 0 || report.simulated != config_.ingest.expect_simulated || !plausible(report.epoch)) return;
+  AntennaSaid& said = antennas_[static_cast<std::size_t>(antenna)];
+  if (report.epoch <= said.epoch && report.received - said.received <= antenna_said_lasts) return;  // an older one
+  said = {.epoch = report.epoch, .received = report.received, .slaved = report.mode == AntennaMode::Slaved};
 }
 
 bool Ingest::left_pad(const Name& target, Time epoch) const {
@@ -95,7 +110,8 @@ Observation Ingest::judge(const RadarTspi& tspi) {
   const Plot plot = usable(plot_of(tspi), tspi.sensor);
   Observation o = observation_of(tspi, tspi.sensor, plot);
   o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); },
-                           [&] { return judge_instrument(o, plot); }, [&] { return judge_time(o); });
+                           [&] { return judge_antenna(o); }, [&] { return judge_instrument(o, plot); },
+                           [&] { return judge_time(o); });
   return o;
 }
 
@@ -105,8 +121,9 @@ Observation Ingest::judge(const AngleTspi& tspi) {
   const auto whole = [&] {
     return tspi.azimuth_valid && tspi.elevation_valid ? Reason::Accepted : Reason::NotTracking;
   };
-  o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); }, whole,
-                           [&] { return judge_instrument(o, angles); }, [&] { return judge_time(o); });
+  o.verdict = first_reason([&] { return judge_sender(o); }, [&] { return judge_mode(tspi.mode); },
+                           [&] { return judge_antenna(o); }, whole, [&] { return judge_instrument(o, angles); },
+                           [&] { return judge_time(o); });
   return o;
 }
 
@@ -141,7 +158,7 @@ Observation Ingest::judge(Observation o) {
   if (o.verdict != Reason::Accepted && o.verdict != Reason::AwayFromPad) return o;
   if (auto* plot = std::get_if<Plot>(&o.measured)) *plot = usable(*plot, o.sensor);
   o.verdict = first_reason(
-      [&] { return judge_sender(o); },
+      [&] { return judge_sender(o); }, [&] { return judge_antenna(o); },
       [&] { return std::visit([&](const auto& measured) { return judge_instrument(o, measured); }, o.measured); },
       [&] { return judge_time(o); }, [&] { return judge_pad(o); });
   return o;
@@ -162,6 +179,14 @@ Reason Ingest::judge_sender(const Observation& o) const {
   if (source == no_source || index_of(config_.targets, o.target) < 0) return Reason::UnknownSource;
   if (o.simulated != config_.ingest.expect_simulated) return Reason::SimulatedMismatch;
   return orders_.inhibited(source) ? Reason::Inhibited : Reason::Accepted;
+}
+
+Reason Ingest::judge_antenna(const Observation& o) const {
+  for (std::size_t i = 0; i < antennas_.size(); ++i) {
+    const bool slaved = antennas_[i].slaved && o.received - antennas_[i].received <= antenna_said_lasts;
+    if (slaved && config_.antennas[i].sensor == o.sensor) return Reason::Slaved;
+  }
+  return Reason::Accepted;
 }
 
 Reason Ingest::judge_instrument(const Observation& o, const Plot& plot) const {

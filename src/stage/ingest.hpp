@@ -22,6 +22,8 @@ class Ingest {
   void note(const MissionEvent& event);
   /// A source that is inhibited is rejected until it is released.
   void note(const OperatorCommand& command) { orders_.note(command); }
+  /// A sensor on an antenna's mount measures nothing of its own while that one is slaved.
+  void note(const AntennaReport& report);
   [[nodiscard]] const MissionClock& mission() const { return mission_; }
   [[nodiscard]] const Orders& orders() const { return orders_; }
   /// By the mission's lift-off, or else by the target's motion.
@@ -54,8 +56,17 @@ class Ingest {
 
   /// Without what the radar is not configured to measure; what a plot lacks is 0.
   [[nodiscard]] Plot usable(Plot plot, const Name& sensor) const;
+  /// What an antenna last said of itself.
+  struct AntennaSaid {
+    Time epoch;
+    Time received;
+    bool slaved = false;
+  };
+
   /// What holds for every message: source and target are known, it is of this node's world, no operator inhibits it.
   [[nodiscard]] Reason judge_sender(const Observation& o) const;
+  /// By what its antenna says.
+  [[nodiscard]] Reason judge_antenna(const Observation& o) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Plot& plot) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Angles& angles) const;
   [[nodiscard]] Reason judge_instrument(const Observation& o, const Fix& fix) const;
@@ -73,6 +84,7 @@ class Ingest {
   Departure departure_;
   MissionClock mission_;
   Orders orders_;
+  std::vector<AntennaSaid> antennas_;  ///< as configured
   std::vector<Stream> streams_;
 };
 

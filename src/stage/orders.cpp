@@ -1,21 +1,29 @@
 #include "orders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <optional>
+
+#include "stage/integrity/chain_plan.hpp"
 
 namespace downrange {
 namespace {
-
-/// The vehicle's receiver, whichever stations relay it, as chains name it.
-constexpr std::string_view receiver = "GPS";
 
 std::string quoted(const Name& name) { return "'" + std::string(name.view()) + "'"; }
 
 template <class Entries, class Text>
 std::string list(const Entries& entries, Text text) {
+  constexpr std::size_t room = 60;  // a refusal is a remark
   std::string all;
-  for (const auto& entry : entries) all += (all.empty() ? "" : ", ") + std::string(text(entry).view());
+  std::size_t left = entries.size();
+  for (const auto& entry : entries) {
+    if (all.size() > room) return all + " and " + std::to_string(left) + " more";
+    all += (all.empty() ? "" : ", ") + std::string(text(entry).view());
+    --left;
+  }
   return all;
 }
 
@@ -46,7 +54,43 @@ const StandingOrder* standing(const StandingOrder& order) {
   return order.order == OperatorOrder::Release ? nullptr : &order;
 }
 
+/// As much as a remark holds.
+class Words {
+ public:
+  void add(std::string_view text) {
+    const std::size_t room = std::min(text.size(), text_.size() - 1 - used_);
+    std::copy_n(text.begin(), room, text_.begin() + static_cast<std::ptrdiff_t>(used_));
+    used_ += room;
+  }
+  /// "stopped by kim (wind)", where that stands.
+  void add(const StandingOrder& order, std::string_view what, std::string_view of = {}) {
+    if (order.order == OperatorOrder::Release) return;
+    for (const std::string_view part :
+         {std::string_view(used_ > 0 ? "; " : ""), what, of, std::string_view(" by "), order.by.view(),
+          std::string_view(" ("), order.reason.view(), std::string_view(")")})
+      add(part);
+  }
+  [[nodiscard]] Remark remark() const { return {text_.data()}; }
+
+ private:
+  std::array<char, Remark::max_size + 1> text_{};
+  std::size_t used_ = 0;
+};
+
 }  // namespace
+
+Remark words_of(const AntennaOrders& orders) {
+  constexpr double deg = std::numbers::pi / 180;
+  char trim[48];
+  std::snprintf(trim, sizeof trim, "%.3f, %.3f deg", orders.trim.azimuth_trim_rad / deg,
+                orders.trim.elevation_trim_rad / deg);
+  Words words;
+  words.add(orders.stop, "stopped");
+  words.add(orders.target, "sent to ", orders.target.argument.view());
+  words.add(orders.source, "pinned to ", orders.source.argument.view());
+  words.add(orders.trim, "trimmed by ", trim);
+  return words.remark();
+}
 
 Orders::Orders(const RangeConfig& config)
     : sources_(config),
@@ -59,6 +103,7 @@ Orders::Orders(const RangeConfig& config)
       bias_reset_(sources_.size()) {
   for (const TargetConfig& target : config.targets) targets_.push_back(target.id);
   for (const AntennaConfig& antenna : config.antennas) antennas_.push_back(antenna.id);
+  for (const ChainPlan& chain : chains_of(config)) chains_.push_back(chain.name);
 }
 
 std::string Orders::unknown_source(const Name& name) const {
@@ -66,6 +111,60 @@ std::string Orders::unknown_source(const Name& name) const {
 }
 
 std::string Orders::refusal(const OperatorCommand& command) const {
+  std::string refusal = refusal_by_configuration(command);
+  if (!refusal.empty()) return refusal;
+  const StandingOrder* newer = nullptr;
+  bool changes = false;
+  for_each_replaced(*this, command, [&](const StandingOrder& standing) {
+    if (command.epoch < standing.since) {
+      newer = &standing;
+    } else {
+      changes = true;
+    }
+  });
+  if (changes || newer == nullptr) return {};
+  char late[32];
+  std::snprintf(late, sizeof late, "%.1f s", (newer->since - command.epoch).seconds());
+  return "it was given " + std::string(late) + " before the order of " + quoted(newer->by) +
+         " that is in force, or one of the clocks is wrong";
+}
+
+template <class Visit>
+void Orders::for_each_replaced(auto& self, const OperatorCommand& command, const Visit& visit) {
+  const SourceId source = self.sources_.find(command.subject);
+  const auto antenna = place_of(self.antennas_, command.subject);
+  const auto target = place_of(self.targets_, command.subject);
+  switch (command.order) {
+    case OperatorOrder::Release:
+      // Sensors and antennas may share a name: then both are released.
+      if (source != no_source) visit(self.of_source_[static_cast<std::size_t>(source)]);
+      if (target) visit(self.of_target_[*target]);
+      if (!antenna) return;
+      visit(self.of_antenna_[*antenna].source);
+      visit(self.of_antenna_[*antenna].target);
+      visit(self.of_antenna_[*antenna].trim);
+      return visit(self.of_antenna_[*antenna].stop);
+    case OperatorOrder::Inhibit:
+    case OperatorOrder::Force:
+      return visit(self.of_source_[static_cast<std::size_t>(source)]);
+    case OperatorOrder::ResetBias:
+      return visit(self.bias_reset_[static_cast<std::size_t>(source)]);
+    case OperatorOrder::AcknowledgeAlarm:
+      return visit(self.acknowledged_[static_cast<std::size_t>(source)]);
+    case OperatorOrder::HoldChain:
+      return visit(self.of_target_[*target]);
+    case OperatorOrder::PinAntennaSource:
+      return visit(self.of_antenna_[*antenna].source);
+    case OperatorOrder::PinAntennaTarget:
+      return visit(self.of_antenna_[*antenna].target);
+    case OperatorOrder::TrimAntenna:
+      return visit(self.of_antenna_[*antenna].trim);
+    case OperatorOrder::StopAntenna:
+      return visit(self.of_antenna_[*antenna].stop);
+  }
+}
+
+std::string Orders::refusal_by_configuration(const OperatorCommand& command) const {
   if (command.simulated != simulated_)
     return simulated_ ? "this node flies a simulated flight and takes its orders only (ingest.expect_simulated = true)"
                       : "an order of a simulated flight, and this node flies a real one";
@@ -115,53 +214,14 @@ std::string Orders::refusal_of_antenna(const OperatorCommand& command) const {
 }
 
 std::string Orders::refusal_of_chain(const Name& name) const {
-  const std::string_view chain = name.view();
-  if (chain == whole_chain || chain == "only-radars") return {};
-  for (const std::string_view prefix : {"without-", "only-"}) {
-    if (!chain.starts_with(prefix)) continue;
-    const std::string_view part = chain.substr(prefix.size());
-    const SourceId source = sources_.find(Name(part));
-    if (part == receiver || (source != no_source && sources_[source].kind != SourceKind::Telemetry)) return {};
-  }
-  return quoted(name) + " is no chain: all, only-radars, and without- or only- a radar, a tracker or GPS";
+  if (name.view() == whole_chain || std::ranges::find(chains_, name) != chains_.end()) return {};
+  if (chains_.empty()) return "there is no chain but all: INTEGRITY is off, or one source is alone";
+  return "no chain is named " + quoted(name) + ": there are all, " + list(chains_, [](const Name& n) { return n; });
 }
 
 void Orders::note(const OperatorCommand& command) {
-  if (!refusal(command).empty()) return;
-  const SourceId source = sources_.find(command.subject);
-  const auto antenna = [&]() -> AntennaOrders& { return of_antenna_[*place_of(antennas_, command.subject)]; };
-  switch (command.order) {
-    case OperatorOrder::Release:
-      return note_release(command);
-    case OperatorOrder::Inhibit:
-    case OperatorOrder::Force:
-      return replace(of_source_[static_cast<std::size_t>(source)], command);
-    case OperatorOrder::ResetBias:
-      return replace(bias_reset_[static_cast<std::size_t>(source)], command);
-    case OperatorOrder::AcknowledgeAlarm:
-      return replace(acknowledged_[static_cast<std::size_t>(source)], command);
-    case OperatorOrder::HoldChain:
-      return replace(of_target_[*place_of(targets_, command.subject)], command);
-    case OperatorOrder::PinAntennaSource:
-      return replace(antenna().source, command);
-    case OperatorOrder::PinAntennaTarget:
-      return replace(antenna().target, command);
-    case OperatorOrder::TrimAntenna:
-      return replace(antenna().trim, command);
-    case OperatorOrder::StopAntenna:
-      return replace(antenna().stop, command);
-  }
-}
-
-void Orders::note_release(const OperatorCommand& command) {
-  // Sensors and antennas may share a name: then both are released.
-  if (const SourceId source = sources_.find(command.subject); source != no_source)
-    replace(of_source_[static_cast<std::size_t>(source)], command);
-  if (const auto target = place_of(targets_, command.subject)) replace(of_target_[*target], command);
-  if (const auto antenna = place_of(antennas_, command.subject)) {
-    AntennaOrders& orders = of_antenna_[*antenna];
-    for (StandingOrder* order : {&orders.source, &orders.target, &orders.trim, &orders.stop}) replace(*order, command);
-  }
+  if (refusal(command).empty())
+    for_each_replaced(*this, command, [&](StandingOrder& standing) { replace(standing, command); });
 }
 
 const StandingOrder* Orders::of(SourceId source) const {

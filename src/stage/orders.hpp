@@ -29,6 +29,10 @@ struct AntennaOrders {
   StandingOrder stop;
 };
 
+/// "stopped by kim (wind); trimmed by 0.250, 0.000 deg by lee (bumped)", as much as a remark holds; empty: none stands.
+/// Allocates nothing.
+[[nodiscard]] Remark words_of(const AntennaOrders& orders);
+
 /// The newest order on each source (inhibit, force, release; reset of its bias; acknowledgement of its alarm), on each
 /// target's chain (hold, release) and on each antenna (pins, trim, stop, release). A value; deterministic; allocates at
 /// construction only.
@@ -45,7 +49,8 @@ class Orders {
   /// that is met again tells its history once more.
   void note(const OperatorCommand& command);
 
-  /// Why such an order is not carried out, for who gave it; empty: it is. A matter of the configuration alone.
+  /// Why such an order is not carried out, for who gave it; empty: it is. A matter of the configuration and of the
+  /// order in force.
   [[nodiscard]] std::string refusal(const OperatorCommand& command) const;
 
   [[nodiscard]] bool inhibited(SourceId source) const { return stands(source, OperatorOrder::Inhibit); }
@@ -71,16 +76,20 @@ class Orders {
     const StandingOrder* standing = of(source);
     return standing != nullptr && standing->order == order;
   }
+  [[nodiscard]] std::string refusal_by_configuration(const OperatorCommand& command) const;
+  /// The standing orders that it would replace.
+  template <class Visit>
+  static void for_each_replaced(auto& self, const OperatorCommand& command, const Visit& visit);
   [[nodiscard]] std::string refusal_of_hold(const OperatorCommand& command) const;
   [[nodiscard]] std::string refusal_of_antenna(const OperatorCommand& command) const;
   /// Empty: it is the name of one.
   [[nodiscard]] std::string refusal_of_chain(const Name& name) const;
   [[nodiscard]] std::string unknown_source(const Name& name) const;
-  void note_release(const OperatorCommand& command);
 
   SourceTable sources_;
   std::vector<Name> targets_;
   std::vector<Name> antennas_;
+  std::vector<Name> chains_;  ///< of INTEGRITY, of parts of the sources
   bool simulated_;
   Duration max_future_;
   std::vector<StandingOrder> of_source_;  ///< by SourceId; Release: none

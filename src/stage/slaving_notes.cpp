@@ -1,11 +1,16 @@
 #include "stage/slaving_notes.hpp"
 
+#include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <utility>
 
 namespace downrange {
 namespace {
 
 constexpr Duration told_after = milliseconds(1000);
+constexpr double degree = std::numbers::pi / 180;
+constexpr double worth_telling_rad = 0.05 * degree;
 
 }  // namespace
 
@@ -39,11 +44,30 @@ std::string SlavingNotes::change(const SlavingCommand& command) {
   const bool alone = command.source == SlavingSource::SingleSensor;
   const Name chain = alone ? command.chain : Name{};  // INTEGRITY tells of the others
   const bool commanded = std::exchange(told.commanded, true);
-  if (commanded && told.source == command.source && told.chain == chain) return {};
+  if (commanded && told.source == command.source && told.chain == chain && told.target == command.target) return {};
   told.source = command.source;
   told.chain = chain;
+  told.target = command.target;
   return std::string(command.antenna.view()) + " follows " + std::string(command.target.view()) + " by " +
          followed_text(command);
+}
+
+std::string SlavingNotes::mount_error(const SlavingCommand& command) {
+  Told& told = told_[command.antenna];
+  const double azimuth = command.mount_azimuth_rad;
+  const double elevation = command.mount_elevation_rad;
+  if (std::hypot(azimuth - told.mount_azimuth_rad, elevation - told.mount_elevation_rad) < worth_telling_rad) return {};
+  told.mount_azimuth_rad = azimuth;
+  told.mount_elevation_rad = elevation;
+  const std::string antenna(command.antenna.view());
+  if (azimuth == 0 && elevation == 0) return antenna + ": what its mount reads tells no pointing error any more";
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "%s: its mount reads %+.2f deg in azimuth and %+.2f deg in elevation when it is on its target; commands "
+      "have that added",
+      antenna.c_str(), azimuth / degree, elevation / degree);
+  return text;
 }
 
 std::vector<std::string> SlavingNotes::ends(Time now) {
@@ -52,7 +76,8 @@ std::vector<std::string> SlavingNotes::ends(Time now) {
     if (!told.commanded || now - told.newest < told_after) continue;
     told.commanded = false;
     told.coasts_since.reset();
-    sentences.push_back(std::string(antenna.view()) + " has no command any more: nothing is left to follow");
+    sentences.push_back(std::string(antenna.view()) +
+                        " has no command any more: nothing is left to follow, or it was stopped");
   }
   return sentences;
 }

@@ -142,6 +142,38 @@ TEST(AcknowledgementsTest, OrdersAndMarksAreAnsweredAndLogged) {
   EXPECT_EQ(acknowledgements.newest().size(), 8u) << "as many as a status holds";
 }
 
+TEST(AcknowledgementsTest, WhatStandsIsKeptHoweverMuchWasOrderedSince) {
+  const config::ServiceConfig config = config::load(test::naro);
+  Acknowledgements acknowledgements(config.range);
+  const Time begin{1'800'000'000'000'000'000};
+  std::uint64_t sequence = 0;
+  const auto order = [&](OperatorOrder what, const Name& subject) {
+    OperatorCommand command;
+    command.operator_id = "kim";
+    command.order = what;
+    command.subject = subject;
+    command.reason = "wind";
+    command.sequence = ++sequence;
+    command.epoch = command.received = begin + seconds(static_cast<double>(sequence));
+    return command;
+  };
+  const OperatorCommand stop = order(OperatorOrder::StopAntenna, "goheung-tm");
+  EXPECT_EQ(acknowledgements.note(stop), "operator kim: stop goheung-tm (wind)");
+  EXPECT_EQ(acknowledgements.note(stop), std::nullopt) << "told once more";
+  EXPECT_EQ(acknowledgements.newest().size(), 1u);
+  for (int i = 0; i < 400; ++i) {
+    const bool inhibits = i % 2 == 0;
+    EXPECT_TRUE(acknowledgements.note(order(inhibits ? OperatorOrder::Inhibit : OperatorOrder::Release, "jeju")));
+  }
+  const Time now = begin + seconds(1000);
+  const std::vector<Event> in_force = acknowledgements.in_force(now);
+  EXPECT_EQ(in_force.size(), 2u) << "the stop, and the last release of jeju";
+  Orders orders(config.range);
+  for (const Event& event : in_force) orders.note(std::get<OperatorCommand>(event));
+  EXPECT_EQ(words_of(orders.of_antenna(0)).view(), "stopped by kim (wind)");
+  EXPECT_FALSE(orders.inhibited(1));
+}
+
 TEST(IntegrityNotesTest, EachChangeOnce) {
   IntegrityNotes notes;
   Integrity record;

@@ -153,7 +153,7 @@ TEST(DdsMalformed, EnumeratorsOutOfRangeAndLiveSamplesFromARun) {
   Trajectory read_trajectory;
   EXPECT_EQ(from_wire(trajectory, read_trajectory), "state_size is 7");
 
-  wire::SlavingCommandV3 command;
+  wire::SlavingCommandV4 command;
   to_wire(sample_command(), command);
   command.antenna_id() = "";
   SlavingCommand read_command;

@@ -207,6 +207,25 @@ TEST_F(RotctlClient, NonsenseIsShownAndTheConnectionMadeAnew) {
   EXPECT_TRUE(reports_.empty());
 }
 
+TEST_F(RotctlClient, NonsenseIsSaidOnceHoweverOftenItIsConnectedTo) {
+  Daemon daemon;
+  Client client(daemon.endpoint(), settings(), callbacks());
+  for (int i = 0; i < 3; ++i) {
+    Peer peer = daemon.greet();
+    EXPECT_EQ(peer.line(), "p");
+    peer.say("nan\n0\n");
+    EXPECT_TRUE(peer.closed());
+  }
+  const std::scoped_lock lock(mutex_);
+  const auto times = [&](const std::string& text) {
+    int found = 0;
+    for (std::size_t at = notes_.find(text); at != std::string::npos; at = notes_.find(text, at + 1)) ++found;
+    return found;
+  };
+  EXPECT_EQ(times("no answer to p: found 'nan'"), 1) << notes_;
+  EXPECT_EQ(times("connected, rotator model"), 1) << notes_;
+}
+
 TEST_F(RotctlClient, ASilentDaemonHoldsNothingUpAndIsLeft) {
   Daemon daemon;
   LinkSettings quick = settings();

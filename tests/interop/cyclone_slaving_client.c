@@ -40,7 +40,7 @@ static int take_commands(dds_entity_t reader, const char* antenna) {
   const dds_return_t taken = dds_take(reader, samples, infos, batch, batch);
   int commands = 0;
   for (dds_return_t i = 0; i < taken; ++i) {
-    const downrange_wire_SlavingCommandV3* command = samples[i];
+    const downrange_wire_SlavingCommandV4* command = samples[i];
     if (!infos[i].valid_data || strcmp(command->antenna_id, antenna) != 0) continue;
     const char* verdict = utc_now_ns() <= command->valid_until_ns ? "follow" : "expired";
     printf("%s %s azimuth_rad %.17g elevation_rad %.17g range_m %.17g source %d apply_at_ns %" PRId64 "\n", verdict,
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   dds_qos_t* qos =
       patient > 0 ? slaving_client_qos(patient, patient) : slaving_client_qos(DDS_MSECS(200), DDS_MSECS(100));
   const dds_entity_t topic =
-      dds_create_topic(participant, &downrange_wire_SlavingCommandV3_desc, "downrange/slaving", NULL, NULL);
+      dds_create_topic(participant, &downrange_wire_SlavingCommandV4_desc, "downrange/slaving", NULL, NULL);
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
   dds_delete_qos(qos);
   if (participant < 0 || topic < 0 || reader < 0) {

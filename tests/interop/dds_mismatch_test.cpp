@@ -119,7 +119,7 @@ TEST(Mismatch, PeersAreNamedWhileTheyAreThere) {
     best_effort.reliability().kind = fdds::BEST_EFFORT_RELIABILITY_QOS;
     stranger.write(topic_of<RadarTspi>, fdds::TypeSupport(new wire::RadarTspiV2PubSubType), best_effort);
     stranger.write(topic_of<GpsFix>, fdds::TypeSupport(new wire::RadarTspiV2PubSubType), fdds::DATAWRITER_QOS_DEFAULT);
-    stranger.read(topic_of<SlavingCommand>, fdds::TypeSupport(new wire::SlavingCommandV3PubSubType),
+    stranger.read(topic_of<SlavingCommand>, fdds::TypeSupport(new wire::SlavingCommandV4PubSubType),
                   fdds::DATAREADER_QOS_DEFAULT);
     stranger.read(topics::status, fdds::TypeSupport(new wire::ServiceStatusV4PubSubType), fdds::DATAREADER_QOS_DEFAULT);
     ASSERT_TRUE(eventually([](const auto& all) { return all.size() == 3; }));

@@ -66,8 +66,8 @@ DataReaderQos antenna_qos() {
 void be_antenna(DomainParticipant& participant, const std::string& name) {
   Subscriber* subscriber = participant.create_subscriber(SUBSCRIBER_QOS_DEFAULT);
   DataReader* reader = subscriber->create_datareader(
-      topic(participant, "downrange/slaving", TypeSupport(new wire::SlavingCommandV3PubSubType)), antenna_qos());
-  wire::SlavingCommandV3 command;
+      topic(participant, "downrange/slaving", TypeSupport(new wire::SlavingCommandV4PubSubType)), antenna_qos());
+  wire::SlavingCommandV4 command;
   SampleInfo info;
   while (true) {
     while (reader->take_next_sample(&command, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {

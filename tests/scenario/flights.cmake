@@ -1,5 +1,6 @@
 downrange_test(scenario_launch_test ${CMAKE_CURRENT_LIST_DIR}/launch_test.cpp LIBS downrange_sim downrange_config)
 downrange_test(scenario_operator_test ${CMAKE_CURRENT_LIST_DIR}/operator_test.cpp LIBS downrange_archive downrange_stage)
+downrange_test(scenario_antenna_mounts_test ${CMAKE_CURRENT_LIST_DIR}/antenna_mounts_test.cpp LIBS downrange_sim)
 downrange_test(scenario_mismatch_alarm_test ${CMAKE_CURRENT_LIST_DIR}/mismatch_alarm_test.cpp
                LIBS downrange_sim downrange_config)
 downrange_test(scenario_recorded_flights_test ${CMAKE_CURRENT_LIST_DIR}/recorded_flights_test.cpp

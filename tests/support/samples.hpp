@@ -275,7 +275,31 @@ inline SlavingCommand sample<SlavingCommand>() {
   command.bound_valid = true;
   command.off_target_rad = 0.006;
   command.chain = "only-goheung";
+  command.mount_azimuth_rad = 0.007;
+  command.mount_elevation_rad = -0.008;
   return command;
+}
+
+template <>
+inline AntennaAccount sample<AntennaAccount>() {
+  AntennaAccount account;
+  account.antenna = "jeju-antenna";
+  account.target = "kslv";
+  account.tick = {7000};
+  account.orders = "trimmed by kim (wind)";
+  account.pass_valid = true;
+  account.basis = PassBasis::PlannedLiftoff;
+  account.in_view = true;
+  account.acquisition_valid = true;
+  account.acquisition = {8000};
+  account.acquisition_azimuth_rad = 3.1;
+  account.loss_valid = true;
+  account.loss = {9000};
+  account.loss_azimuth_rad = 2.4;
+  account.highest_valid = true;
+  account.highest_elevation_rad = 0.6;
+  account.highest = {8500};
+  return account;
 }
 
 template <>

@@ -47,6 +47,23 @@ TEST(NodeAnswersTest, ARefusalIsToldAndIsNotInForce) {
   EXPECT_EQ(answers.text(), "node centre: REFUSED: no source is named 'x'\n");
 }
 
+TEST(NodeAnswersTest, AnOrderOnAnAntennaIsAMatterOfTheNodesThatPointOne) {
+  dds::ServiceStatus site = status("site", {{topic, "kim", 7, ""}});
+  site.stages = {.align = false, .fuse = false, .slave = false};
+  NodeAnswers alone(topic, "kim", 7, true);
+  alone.add(site);
+  EXPECT_TRUE(alone.wait_for_all(milliseconds(1)));
+  EXPECT_FALSE(alone.all_in_force());
+  EXPECT_EQ(alone.text(), "node site: points no antennas\n");
+  NodeAnswers both(topic, "kim", 7, true);
+  both.add(site);
+  both.add(status("centre", {{topic, "kim", 7, ""}}));
+  EXPECT_TRUE(both.all_in_force());
+  NodeAnswers of_source(topic, "kim", 7);
+  of_source.add(site);
+  EXPECT_TRUE(of_source.all_in_force());
+}
+
 TEST(NodeAnswersTest, ANodeThatStoppedOwesNoAnswer) {
   NodeAnswers answers(topic, "kim", 7);
   answers.add(status("centre", {{topic, "kim", 7, ""}}));

@@ -39,6 +39,14 @@ RangeConfig naro() {
   optical.rate_hz = 25;
   optical.elevation_min_rad = 5 * deg;
   range.angle_sensors = {optical};
+  AntennaConfig antenna;
+  antenna.id = "goheung-tm";
+  antenna.site = goheung.site;
+  range.antennas = {antenna};
+  antenna.id = "ship";
+  antenna.site = Site({32.5 * deg, 127.5 * deg, 25});
+  antenna.moves = true;
+  range.antennas.push_back(antenna);
   return range;
 }
 
@@ -253,6 +261,55 @@ TEST_F(ScenarioFile, ADeepKeyIsAnErrorNotACrash) {
   std::string deep;
   for (int i = 0; i < 50'000; ++i) deep += "a.";
   EXPECT_EQ(complaint(minimal + deep + "a = 1\n").substr(0, 27), "s.toml:11: a key of more th");
+}
+
+TEST_F(ScenarioFile, AShipAndAnAntennaThatIsSlavedForAWhile) {
+  const std::string text = minimal + R"([[platform]]
+id = "ship"
+course_deg = 90
+speed_m_s = 10
+turn_rate_deg_s = 1
+rate_hz = 2
+latency_ms = 100
+[[antenna]]
+id = "goheung-tm"
+slaved_s = [[10, 20]]
+rate_hz = 1
+)";
+  const Scenario scenario = load(text);
+  const Simulation simulation(scenario, 1);
+  std::vector<PlatformState> states;
+  std::vector<AntennaReport> reports;
+  for (const Event& event : simulation.events()) {
+    if (const auto* state = std::get_if<PlatformState>(&event)) states.push_back(*state);
+    if (const auto* report = std::get_if<AntennaReport>(&event)) reports.push_back(*report);
+  }
+  ASSERT_EQ(states.size(), 220u);  // 110 s
+  const PlatformState& last = states.back();
+  EXPECT_EQ(last.antenna, Name("ship"));
+  EXPECT_EQ(last.sequence, 220u);
+  EXPECT_NEAR((last.received - last.epoch).seconds(), 0.1, 1e-9);
+  EXPECT_TRUE(last.simulated);
+  const double t = (last.epoch - scenario.liftoff).seconds();
+  const Site harbour({32.5 * deg, 127.5 * deg, 25});
+  const Displacement<Enu> way = harbour.enu_of(last.position);
+  EXPECT_NEAR(way.m.x(), 10 * t, 0.5);
+  EXPECT_NEAR(way.m.y(), 0, 0.5);
+  EXPECT_NEAR(geodetic_from_ecef(last.position).height_m, 25, 1e-3);
+  EXPECT_NEAR((harbour.R_enu_ecef().R * last.velocity.m_s).x(), 10, 0.01);
+  EXPECT_NEAR(last.heading_rad, std::remainder((90 + t) * deg, 2 * std::numbers::pi) + 2 * std::numbers::pi, 1e-9);
+  ASSERT_EQ(reports.size(), 110u);
+  for (const AntennaReport& report : reports) {
+    const double at = (report.epoch - scenario.liftoff).seconds();
+    EXPECT_EQ(report.mode, at >= 10 && at < 20 ? AntennaMode::Slaved : AntennaMode::Autotrack) << at;
+  }
+
+  EXPECT_EQ(complaint(minimal + "[[platform]]\nid = \"goheung-tm\"\n"),
+            "s.toml:12: platform.id: this antenna stands; allowed: one with moves = true in the range");
+  EXPECT_NE(complaint(minimal + "[[antenna]]\nid = \"jeju-tm\"\n").find("allowed: goheung-tm, ship"),
+            std::string::npos);
+  EXPECT_NE(complaint(text + "[[antenna]]\nid = \"goheung-tm\"\n").find("is there twice"), std::string::npos);
+  EXPECT_NE(complaint(text + "speed = 3\n").find("is not a key of this table"), std::string::npos);
 }
 
 }  // namespace

@@ -296,6 +296,43 @@ TEST(Ingest, AngleReasons) {
   EXPECT_EQ(Ingest(range).judge(broken).verdict, Reason::NotFinite);
 }
 
+TEST(Ingest, WhatASensorOnASlavedMountReadsIsNoMeasurement) {
+  RangeConfig range = test::small_range();
+  range.angle_sensors.push_back(test::small_tracker());
+  range.antennas[0].sensor = range.radars[0].id;
+  range.antennas[1].sensor = range.angle_sensors[0].id;
+  Ingest ingest(range);
+  std::uint64_t sequence = 0;
+  const auto radar = [&](double t) { return ingest.judge(plot_at(range.radars[0], t, ++sequence)).verdict; };
+  const auto tracker = [&](double t) { return ingest.judge(angles_at(range.angle_sensors[0], t, ++sequence)).verdict; };
+  const auto says = [&](int antenna, double t, AntennaMode mode, bool simulated = true) {
+    AntennaReport report;
+    report.antenna = range.antennas[static_cast<std::size_t>(antenna)].id;
+    report.epoch = report.received = test::liftoff + seconds(t);
+    report.mode = mode;
+    report.simulated = simulated;
+    ingest.note(report);
+  };
+  EXPECT_EQ(radar(30), Reason::Accepted);
+  says(0, 31, AntennaMode::Slaved);
+  EXPECT_EQ(radar(31.1), Reason::Slaved);
+  EXPECT_EQ(tracker(31.1), Reason::Accepted) << "it is on another mount";
+  EXPECT_EQ(ingest.judge(plot_at(range.radars[1], 31.1, ++sequence)).verdict, Reason::Accepted) << "on no mount";
+  says(0, 30.5, AntennaMode::Autotrack);
+  EXPECT_EQ(radar(31.2), Reason::Slaved) << "an older report came late";
+  says(0, 31.3, AntennaMode::Autotrack, false);
+  EXPECT_EQ(radar(31.3), Reason::Slaved) << "of another world";
+  says(0, 31.4, AntennaMode::Autotrack);
+  EXPECT_EQ(radar(31.5), Reason::Accepted);
+  says(1, 32, AntennaMode::Slaved);
+  EXPECT_EQ(tracker(36.9), Reason::Slaved);
+  EXPECT_EQ(tracker(37.1), Reason::Accepted) << "it says no more of itself";
+  says(1, 38, AntennaMode::Slaved);
+  Observation of_another_node = ingest.judge(angles_at(range.angle_sensors[0], 38.1, ++sequence));
+  of_another_node.verdict = Reason::Accepted;
+  EXPECT_EQ(ingest.judge(of_another_node).verdict, Reason::Slaved);
+}
+
 TEST(Ingest, DoublesWhateverTheStation) {
   const RangeConfig range = test::small_range();
   Ingest ingest(range);

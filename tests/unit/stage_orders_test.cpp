@@ -64,13 +64,15 @@ TEST(Orders, HistoryThatIsToldAgainChangesNothing) {
 
 TEST(Orders, ATargetIsHeldOnAChainUntilReleased) {
   Orders orders(small_range());
-  for (const char* chain : {"all", "without-jeju", "only-goheung", "without-GPS", "only-radars", "only-GPS"}) {
+  for (const char* chain : {"all", "without-jeju", "only-goheung", "without-GPS", "only-GPS"}) {
     orders.note(order(OperatorOrder::HoldChain, "kslv", 1, chain));
     EXPECT_EQ(orders.held_chain(0), Name(chain));
   }
-  for (const char* chain : {"", "without-nobody", "joint", "only-", "only-goheung-tgs", "without-radars"}) {
+  for (const char* chain : {"", "without-nobody", "joint", "only-", "only-goheung-tgs", "without-radars", "only-radars"}) {
     const OperatorCommand bad = order(OperatorOrder::HoldChain, "kslv", 2, chain);
-    EXPECT_NE(orders.refusal(bad).find("is no chain"), std::string::npos) << chain;
+    EXPECT_NE(orders.refusal(bad).find("no chain is named '" + std::string(chain) + "': there are all, without-goheung"),
+              std::string::npos)
+        << orders.refusal(bad);
     orders.note(bad);
     EXPECT_EQ(orders.held_chain(0), Name("only-GPS")) << chain;
   }
@@ -122,7 +124,7 @@ TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
             "no antenna is named 'goheung': there are goheung-tm, jeju-tm");
   EXPECT_EQ(refused(order(OperatorOrder::PinAntennaTarget, "goheung-tm", 1, "spent-stage")),
             "no target is named 'spent-stage': there are kslv");
-  EXPECT_NE(refused(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "nobody")).find("is no chain"),
+  EXPECT_NE(refused(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "nobody")).find("no chain is named"),
             std::string::npos);
   for (const double trim_deg : {5.1, -6.0, std::numeric_limits<double>::quiet_NaN()}) {
     for (const bool elevation : {false, true}) {
@@ -144,6 +146,55 @@ TEST(Orders, WhatCannotBeDoneIsRefusedWithItsReason) {
   command = order(OperatorOrder::Inhibit, "goheung", 1);
   command.received = command.epoch - milliseconds(101);
   EXPECT_NE(refused(command).find("dated in the future"), std::string::npos);
+}
+
+TEST(Orders, AnOrderGivenBeforeTheOneInForceIsRefused) {
+  Orders orders(small_range());
+  orders.note(order(OperatorOrder::Release, "goheung-tm", 1.2));
+  const OperatorCommand stop = order(OperatorOrder::StopAntenna, "goheung-tm", 0.2);
+  EXPECT_EQ(orders.refusal(stop),
+            "it was given 1.0 s before the order of 'kim' that is in force, or one of the clocks is wrong");
+  orders.note(stop);
+  EXPECT_TRUE(words_of(orders.of_antenna(0)).empty());
+  EXPECT_EQ(orders.refusal(order(OperatorOrder::StopAntenna, "jeju-tm", 0.2)), "") << "another antenna";
+  EXPECT_EQ(orders.refusal(order(OperatorOrder::StopAntenna, "goheung-tm", 1.2)), "") << "at once";
+  orders.note(order(OperatorOrder::StopAntenna, "goheung-tm", 2));
+  orders.note(order(OperatorOrder::TrimAntenna, "goheung-tm", 3));
+  EXPECT_EQ(orders.refusal(order(OperatorOrder::Release, "goheung-tm", 2.5)), "") << "it ends the stop";
+  EXPECT_NE(orders.refusal(order(OperatorOrder::Release, "goheung-tm", 0.5)), "");
+}
+
+TEST(Orders, OfAChainThatIsNotRunNoneIsTaken) {
+  RangeConfig range = small_range();
+  range.integrity.enabled = false;
+  const Orders orders(range);
+  EXPECT_EQ(orders.refusal(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "only-goheung")),
+            "there is no chain but all: INTEGRITY is off, or one source is alone");
+  EXPECT_EQ(orders.refusal(order(OperatorOrder::PinAntennaSource, "goheung-tm", 1, "all")), "");
+}
+
+TEST(Orders, WhatStandsOfAnAntennaInWords) {
+  Orders orders(small_range());
+  EXPECT_TRUE(words_of(orders.of_antenna(0)).empty());
+  OperatorCommand trim = order(OperatorOrder::TrimAntenna, "goheung-tm", 1);
+  trim.azimuth_trim_rad = 0.25 * test::deg;
+  orders.note(trim);
+  orders.note(order(OperatorOrder::StopAntenna, "goheung-tm", 2));
+  const std::string why = std::string(trim.reason.view());
+  EXPECT_EQ(words_of(orders.of_antenna(0)).view(),
+            "stopped by kim (" + why + "); trimmed by 0.250, 0.000 deg by kim (" + why + ")");
+  OperatorCommand pin = order(OperatorOrder::PinAntennaSource, "goheung-tm", 3, "only-goheung");
+  pin.reason = Remark(std::string(Remark::max_size, 'x'));
+  orders.note(pin);
+  EXPECT_EQ(words_of(orders.of_antenna(0)).view().size(), Remark::max_size) << "cut";
+}
+
+TEST(Orders, ARefusalNamesAsManyAsItHasRoomFor) {
+  RangeConfig range = small_range();
+  for (int i = 0; i < 40; ++i) range.targets.push_back({.id = Name("object-" + std::to_string(i))});
+  const std::string refusal = Orders(range).refusal(order(OperatorOrder::PinAntennaTarget, "goheung-tm", 1, "x"));
+  EXPECT_LT(refusal.size(), Remark::max_size) << refusal;
+  EXPECT_NE(refusal.find(" more"), std::string::npos) << refusal;
 }
 
 TEST(Ingest, AnInhibitedSourceIsRejectedUntilItIsReleased) {

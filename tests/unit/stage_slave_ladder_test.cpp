@@ -420,6 +420,26 @@ TEST(Notes, EachChangeIsToldOnce) {
   ASSERT_EQ(notes.ends(liftoff + seconds(8)).size(), 1u);
   EXPECT_TRUE(notes.ends(liftoff + seconds(9)).empty());
   EXPECT_EQ(at(10, Gps, "only-GPS"), "dish follows kslv by GPS alone (only-GPS)");
+  c.target = "stage-1";
+  EXPECT_EQ(at(11, Gps, "only-GPS"), "dish follows stage-1 by GPS alone (only-GPS)");
+}
+
+TEST(Notes, AMountsErrorIsToldWhenItHasChanged) {
+  SlavingNotes notes;
+  SlavingCommand c;
+  c.antenna = "dish";
+  const auto with = [&](double azimuth_deg, double elevation_deg) {
+    c.mount_azimuth_rad = azimuth_deg * deg;
+    c.mount_elevation_rad = elevation_deg * deg;
+    return notes.mount_error(c);
+  };
+  EXPECT_EQ(with(0, 0), "");
+  EXPECT_EQ(with(0.5, -0.3),
+            "dish: its mount reads +0.50 deg in azimuth and -0.30 deg in elevation when it is on its target; commands "
+            "have that added");
+  EXPECT_EQ(with(0.52, -0.28), "");
+  EXPECT_NE(with(0.56, -0.28), "");
+  EXPECT_EQ(with(0, 0), "dish: what its mount reads tells no pointing error any more");
 }
 
 TEST(Ladder, ThroughTheEngineAndTheSameInReplay) {

@@ -239,6 +239,41 @@ ImpactPoint impact(const Name& chain, double latitude_deg) {
   return i;
 }
 
+TEST(WatchBoard, WhatIsOrderedOfAnAntennaAndWhenItSeesItsTarget) {
+  Board board(dds::ClockMode::Wall);
+  AntennaAccount account;
+  account.antenna = "jeju-tm";
+  account.target = "rocket";
+  account.tick = utc;
+  board.add(account, start);
+  EXPECT_FALSE(shows(board.lines(start, utc), "jeju-tm"));
+  account.orders = "stopped by kim (wind)";
+  board.add(account, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "jeju-tm          ORDERED: stopped by kim (wind)\n"));
+  account.orders = {};
+  account.pass_valid = true;
+  board.add(account, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "jeju-tm          not seen within 15 min (free fall)\n"));
+  account.basis = PassBasis::PlannedLiftoff;
+  account.acquisition_valid = account.loss_valid = account.highest_valid = true;
+  account.acquisition = Time{(10LL * 3600 + 120) * 1'000'000'000};
+  account.acquisition_azimuth_rad = 1.5 * 3.14159265358979;
+  account.highest = account.acquisition + seconds(61.9);
+  account.highest_elevation_rad = 0.5;
+  account.loss = account.acquisition + seconds(300);
+  board.add(account, start);
+  EXPECT_TRUE(shows(board.lines(start, utc),
+                    "jeju-tm          rises 10:02:00 (az 270.0) to 10:07:00 (az 0.0), highest 28.6 deg at 10:03:01 "
+                    "(planned lift-off)\n"))
+      << board.lines(start, utc);
+  account.in_view = true;
+  account.acquisition_valid = account.loss_valid = false;
+  account.basis = PassBasis::Plan;
+  board.add(account, start);
+  EXPECT_TRUE(shows(board.lines(start, utc), "jeju-tm          in view, highest 28.6 deg at 10:03:01 (planned)\n"));
+  EXPECT_TRUE(shows(board.lines(start, utc + seconds(7)), "(planned)  old 7 s\n"));
+}
+
 TEST(WatchBoard, WhereATargetFallsFitsOnAScreen) {
   Board board(dds::ClockMode::Wall);
   ImpactPoint selected = impact({}, 30);

@@ -26,7 +26,7 @@ using eprosima::fastrtps::types::ReturnCode_t;
 // Takes what has come for `antenna`; how many commands.
 int take_commands(DataReader& reader, const std::string& antenna, steering& axes) {
   int taken = 0;
-  downrange::wire::SlavingCommandV3 c;
+  downrange::wire::SlavingCommandV4 c;
   SampleInfo info;
   while (reader.take_next_sample(&c, &info) == ReturnCode_t::RETCODE_OK) {
     if (!info.valid_data || c.antenna_id().to_string() != antenna) continue;
@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   DomainParticipant* participant =
       factory->create_participant_with_profile(static_cast<DomainId_t>(std::atoi(argv[1])), "downrange");
   if (participant == nullptr) return 2;
-  const TypeSupport command_type(new downrange::wire::SlavingCommandV3PubSubType);
+  const TypeSupport command_type(new downrange::wire::SlavingCommandV4PubSubType);
   const TypeSupport report_type(new downrange::wire::AntennaReportV2PubSubType);
   command_type.register_type(participant);
   report_type.register_type(participant);

@@ -36,7 +36,7 @@ static int take_commands(dds_entity_t reader, const char* antenna, struct steeri
   const dds_return_t taken = dds_take(reader, samples, infos, batch, batch);
   int commands = 0;
   for (dds_return_t i = 0; i < taken; ++i) {
-    const downrange_wire_SlavingCommandV3* c = samples[i];
+    const downrange_wire_SlavingCommandV4* c = samples[i];
     if (!infos[i].valid_data || strcmp(c->antenna_id, antenna) != 0) continue;
     const struct steering_command command = {c->tick_ns,
                                              c->apply_at_ns,
@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
   }
   const dds_entity_t participant = dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
   const dds_entity_t commands =
-      dds_create_topic(participant, &downrange_wire_SlavingCommandV3_desc, "downrange/slaving", NULL, NULL);
+      dds_create_topic(participant, &downrange_wire_SlavingCommandV4_desc, "downrange/slaving", NULL, NULL);
   const dds_entity_t reports =
       dds_create_topic(participant, &downrange_wire_AntennaReportV2_desc, "range/antenna", NULL, NULL);
   dds_qos_t* reader_qos = slaving_client_qos();

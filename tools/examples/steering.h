@@ -16,7 +16,7 @@
 #include <time.h>
 
 enum {
-  steering_room = 64,           /* commands on their way: 40 Hz x a lead of 1.6 s */
+  steering_room = 256,          /* commands on their way: the 2 s of steering_ahead_max_ms at up to 128 Hz */
   steering_ahead_max_ms = 2000, /* a command further ahead is of a clock that is wrong, and would outrank all others */
   servo_lag_ms = 50,            /* what the servo is told now it reaches so much later: lead_ms of [[antenna]] */
   servo_step_ms = 10,

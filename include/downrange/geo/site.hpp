@@ -30,7 +30,10 @@ struct Geodetic {
 class Site {
  public:
   Site() : Site(Geodetic{}) {}
-  explicit Site(const Geodetic& g);
+  explicit Site(const Geodetic& g) : Site(g, 0) {}
+  /// Of a moving antenna: azimuths count from `azimuth_zero_rad`, clockwise from true north, in place of north. "East"
+  /// and "north" are then to the right of that direction and along it.
+  Site(const Geodetic& g, double azimuth_zero_rad);
 
   [[nodiscard]] const Geodetic& geodetic() const { return geodetic_; }
   [[nodiscard]] const Position<Ecef>& ecef() const { return ecef_; }

@@ -56,7 +56,8 @@ using Measurements = RecordList<RadarTspi, GpsFix, AngleTspi>;
 static_assert(Measurements::size == std::variant_size_v<Measured>);
 
 /// What the engine makes, in the order of the stages.
-using Outputs = RecordList<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, ImpactPoint, SourceHealth>;
+using Outputs = RecordList<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, AntennaAccount, ImpactPoint,
+                           SourceHealth>;
 
 /// How the middleware is to treat a topic: the quality-of-service profile of config/dds-qos.xml that has its name.
 enum class Delivery : std::uint8_t {
@@ -182,6 +183,13 @@ struct MessageInfo<SlavingCommand> {
   static constexpr std::string_view topic = "downrange/slaving";
   static constexpr Delivery delivery = Delivery::Owned;
   static OwnedKey key(const SlavingCommand& r) { return {r.antenna, {}}; }
+};
+
+template <>
+struct MessageInfo<AntennaAccount> {
+  static constexpr std::string_view topic = "downrange/antenna";
+  static constexpr Delivery delivery = Delivery::Owned;
+  static OwnedKey key(const AntennaAccount& r) { return {r.antenna, {}}; }
 };
 
 template <>

@@ -115,8 +115,41 @@ struct SlavingCommand {
   /// its rates and accelerations cost.
   double off_target_rad = 0;
   Name chain;  ///< of sources, where it is not all of them
+  /// The mount's own pointing error as found from what it read while it tracked: both angles have it added.
+  double mount_azimuth_rad = 0;
+  double mount_elevation_rad = 0;
 
   bool operator==(const SlavingCommand&) const = default;
+};
+
+/// Why a pass is where it is said to be. Order is the wire's: append only.
+enum class PassBasis : std::uint8_t {
+  FreeFall,        ///< as the target flies on without thrust
+  Plan,            ///< its nominal trajectory, moved to where it is
+  PlannedLiftoff,  ///< the same, with lift-off when it is planned: it stands on the pad
+};
+
+/// One antenna's account: what operators have ordered of it, and when it sees its target, that is, above its horizon
+/// and the lower end of its elevation travel.
+struct AntennaAccount {
+  Name antenna;
+  Name target;  ///< that it follows
+  Time tick;
+  Remark orders;            ///< of operators that stand, with who and why; cut at its end; empty: none
+  bool pass_valid = false;  ///< it is known when it sees its target; else what follows means nothing
+  PassBasis basis = PassBasis::FreeFall;
+  bool in_view = false;                ///< at `tick`; acquisition has been
+  bool acquisition_valid = false;      ///< false: it is in view, or will not be within the prediction
+  Time acquisition;                    ///< of signal
+  double acquisition_azimuth_rad = 0;  ///< [0, 2 pi)
+  bool loss_valid = false;             ///< false: it does not come into view, or is still seen when the prediction ends
+  Time loss;                           ///< of signal, after the acquisition
+  double loss_azimuth_rad = 0;
+  bool highest_valid = false;        ///< it is, or comes, into view
+  double highest_elevation_rad = 0;  ///< of the rest of the pass, refraction included
+  Time highest;
+
+  bool operator==(const AntennaAccount&) const = default;
 };
 
 /// What INTEGRITY thinks of a source. Order is the wire's: append only.
@@ -259,7 +292,8 @@ struct SourceHealth {
 /// their 95 % region over that which is right, at most 1, over the largest of its learnt sigma ratios, at least 1.
 [[nodiscard]] double figure_of_merit(const SourceHealth& health);
 
-using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, ImpactPoint, SourceHealth>;
+using Result = std::variant<Observation, SensorBias, Trajectory, Integrity, SlavingCommand, AntennaAccount, ImpactPoint,
+                            SourceHealth>;
 
 /// Receives results in the order the engine made them. Called from the engine's thread; must not throw.
 class ResultSink {

@@ -78,6 +78,42 @@ double sigma_of(const Trajectory& t) {
   return std::sqrt(variance);
 }
 
+/// "in view to 08:52:31 (az 10.2), highest 67.1 deg at 08:48:01 (free fall)".
+std::string sight_of(const AntennaAccount& account) {
+  constexpr std::array basis{"free fall", "planned", "planned lift-off"};
+  const auto clock = [](Time t) { return utc(t).substr(0, 8); };  // hh:mm:ss
+  if (!account.pass_valid) return {};
+  char part[80];
+  std::string text;
+  if (account.acquisition_valid) {
+    std::snprintf(part, sizeof part, "rises %s (az %.1f)", clock(account.acquisition).c_str(),
+                  account.acquisition_azimuth_rad / deg);
+    text += part;
+  } else {
+    text += account.in_view ? "in view" : "not seen within 15 min";
+  }
+  if (account.loss_valid) {
+    std::snprintf(part, sizeof part, " to %s (az %.1f)", clock(account.loss).c_str(), account.loss_azimuth_rad / deg);
+    text += part;
+  }
+  if (account.highest_valid) {
+    std::snprintf(part, sizeof part, ", highest %.1f deg at %s", account.highest_elevation_rad / deg,
+                  clock(account.highest).c_str());
+    text += part;
+  }
+  return text + " (" + basis.at(static_cast<std::size_t>(account.basis)) + ")";
+}
+
+/// What operators ordered of an antenna, and when it sees its target: a line each, where there is something to tell.
+std::string lines_of(const AntennaAccount& account, const std::string& age) {
+  char name[40];
+  std::snprintf(name, sizeof name, "%-16s ", account.antenna.c_str());
+  std::string text;
+  if (!account.orders.empty()) text += name + ("ORDERED: " + std::string(account.orders.view())) + age + '\n';
+  if (const std::string sight = sight_of(account); !sight.empty()) text += name + sight + age + '\n';
+  return text;
+}
+
 /// Share of NIS inside 95 %, as "97.3 %"; a dash where there is none yet.
 std::string inside(const SourceHealth& h) {
   if (h.nis_count == 0) return "      -";
@@ -153,6 +189,11 @@ void Board::keep(const SlavingCommand& command) {
   newest_range_time_ = std::max(newest_range_time_, command.tick);
 }
 
+void Board::keep(const AntennaAccount& account) {
+  accounts_[account.antenna] = account;
+  newest_range_time_ = std::max(newest_range_time_, account.tick);
+}
+
 void Board::keep(const Integrity& record) {
   integrity_[record.target] = record;
   newest_range_time_ = std::max(newest_range_time_, record.time);
@@ -208,6 +249,8 @@ std::string Board::lines(Clock::time_point now, Time utc_now) const {
                   limits_of(c.limits).c_str(), c.valid_until < time ? "  EXPIRED" : "");
     text += line;
   }
+  for (const auto& [antenna, account] : accounts_)
+    text += lines_of(account, old(account.tick, time, track_old_after_s));
   text += integrity_lines(time) + impact_lines_of_all(time) + health_lines(time) + node_lines(now);
   return text.empty() ? "nothing received yet\n" : text::printable(text, true);
 }

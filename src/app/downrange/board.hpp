@@ -34,7 +34,8 @@ class Board {
   /// EXPIRED, a track over 2 s and a source's account over 3 s behind is old. Of a source: the share of its NIS inside
   /// 95 %, its residual in units, whether it is qualified, or why not, since when and by whom, and MISMATCH while the
   /// mismatch alarm rings. Of a target that INTEGRITY judges: what is followed, and a sentence for each source that
-  /// does not agree. Of each target where it falls when its engines stop now (impact_lines.hpp).
+  /// does not agree. Of each antenna what operators ordered of it, and when it sees its target. Of each target where it
+  /// falls when its engines stop now (impact_lines.hpp).
   [[nodiscard]] std::string lines(Clock::time_point now, Time utc) const;
   /// The newest status of the busiest node, for the archive.
   [[nodiscard]] std::map<std::string, std::string> status_metadata() const;
@@ -52,6 +53,7 @@ class Board {
   [[nodiscard]] std::string node_lines(Clock::time_point now) const;
   void keep(const Trajectory& trajectory);
   void keep(const SlavingCommand& command);
+  void keep(const AntennaAccount& account);
   void keep(const Integrity& record);
   void keep(const ImpactPoint& record);
   /// Has no line: health comes with the node that tells it.
@@ -62,8 +64,9 @@ class Board {
   mutable std::mutex mutex_;
   std::map<std::pair<Name, Name>, Trajectory> tracks_;
   std::map<Name, SlavingCommand> commands_by_antenna_;
-  std::map<Name, Integrity> integrity_;     ///< by target
-  std::map<Name, ImpactsByChain> impacts_;  ///< likewise
+  std::map<Name, AntennaAccount> accounts_;  ///< by antenna
+  std::map<Name, Integrity> integrity_;      ///< by target
+  std::map<Name, ImpactsByChain> impacts_;   ///< likewise
   std::map<HealthKey, SourceHealth> health_;
   std::map<Name, Heard> nodes_;
   std::uint64_t commands_ = 0;

@@ -54,7 +54,7 @@ std::string boundary_lines(const ImpactPoint& i) {
   for (const BoundaryDistance& b : nearest) {
     text += format("  %-12s ", b.boundary.c_str());
     if (i.impact_valid) text += side(b.distance_m) + format(" P(out) %7.1e", b.probability_outside);
-    if (b.time_valid) text += format(" in %5.1f s", std::min(b.time_s, 9999.0));
+    if (b.time_valid) text += b.time_s < 1e4 ? format(" in %5.1f s", b.time_s) : " in > 9999 s";
     text += (i.impact_valid ? " now" : "now") + side(b.present_distance_m);
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';

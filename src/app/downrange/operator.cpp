@@ -79,12 +79,12 @@ config::ServiceConfig load_live(const Options& o) {
 
 /// Writes it and waits for what every node makes of it.
 template <class Message>
-int send(const config::ServiceConfig& config, Message message, Time now) {
+int send(const config::ServiceConfig& config, Message message, Time now, bool of_antenna = false) {
   message.sequence = static_cast<std::uint64_t>(now.ns);  // nobody gives two orders in a nanosecond
   message.simulated = config.range.ingest.expect_simulated;
   constexpr std::size_t topic = input_index<Message>;
   dds::Participant participant(participant_options(config, "downrange-operator"));
-  NodeAnswers answers(topic, MessageInfo<Message>::source(message), message.sequence);
+  NodeAnswers answers(topic, MessageInfo<Message>::source(message), message.sequence, of_antenna);
   dds::OutputSelection statuses;
   statuses.results = statuses.health = false;
   const dds::OutputReaders readers(
@@ -104,6 +104,12 @@ int send(const config::ServiceConfig& config, Message message, Time now) {
   return answers.all_in_force() ? exit_ok : exit_failed;
 }
 
+/// Release may be of a source, a target or an antenna.
+bool is_of_antenna(OperatorOrder what) {
+  return what == OperatorOrder::PinAntennaSource || what == OperatorOrder::PinAntennaTarget ||
+         what == OperatorOrder::TrimAntenna || what == OperatorOrder::StopAntenna;
+}
+
 int order(const Options& o, OperatorOrder what) {
   OperatorCommand command;
   command.operator_id = text_of("--as", o.who);
@@ -114,7 +120,7 @@ int order(const Options& o, OperatorOrder what) {
   command.elevation_trim_rad = o.elevation_trim_deg * deg;
   command.reason = text_of<Remark>("--reason", o.reason);
   command.epoch = utc_now();
-  return send(load_live(o), command, command.epoch);
+  return send(load_live(o), command, command.epoch, is_of_antenna(what));
 }
 
 int mark(const Options& o, MissionEventKind kind) {

@@ -114,7 +114,8 @@ int drive(const Options& o) {
     });
     wait_for_stop(stop, participant);
   }
-  for (const auto& [id, client] : clients) {
+  for (auto& [id, client] : clients) {
+    client.finish();
     const rotctl::LinkCounts n = client.counts();
     say(id, std::to_string(n.positions) + " positions sent, " + std::to_string(n.refused) + " refused, " +
                 std::to_string(n.stops) + " stops, " + std::to_string(n.reports) + " reports of where it points");

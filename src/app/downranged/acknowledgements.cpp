@@ -13,8 +13,8 @@ namespace {
 
 /// As many as ServiceStatusV4 holds.
 constexpr std::size_t newest_kept = 8;
-/// Far more than a flight has.
-constexpr std::size_t taken_kept = 256;
+/// Far more than a flight has, of marks and of messages that are told from those told once more.
+constexpr std::size_t most_kept = 256;
 constexpr double deg = std::numbers::pi / 180;
 
 std::string order_text(const OperatorCommand& command) {
@@ -37,9 +37,18 @@ std::string mark_text(const MissionEvent& event) {
   return text;
 }
 
+/// Whether `later` takes the place of `earlier`.
+bool replaces(const OperatorCommand& later, const OperatorCommand& earlier) {
+  if (later.subject != earlier.subject) return false;
+  const auto of_source = [](OperatorOrder o) { return o == OperatorOrder::Inhibit || o == OperatorOrder::Force; };
+  return later.order == OperatorOrder::Release || later.order == earlier.order ||
+         (of_source(later.order) && of_source(earlier.order));
+}
+
 }  // namespace
 
 std::optional<std::string> Acknowledgements::note(const Event& event) {
+  if (told_before(event)) return std::nullopt;
   if (const auto* command = std::get_if<OperatorCommand>(&event)) {
     const std::string refusal = orders_.refusal(*command);
     orders_.note(*command);
@@ -66,8 +75,27 @@ void Acknowledgements::acknowledge(std::size_t topic, const Name& sender, std::u
   if (newest_.size() > newest_kept) newest_.pop_back();
 }
 
+bool Acknowledgements::told_before(const Event& event) {
+  const auto* command = std::get_if<OperatorCommand>(&event);
+  if (command == nullptr) return false;
+  const std::pair told(command->operator_id, command->sequence);
+  if (std::ranges::find(told_, told) != told_.end()) return true;
+  if (told_.size() == most_kept) told_.erase(told_.begin());
+  told_.push_back(told);
+  return false;
+}
+
 void Acknowledgements::keep(const Event& event) {
-  if (taken_.size() == taken_kept) taken_.erase(taken_.begin());
+  if (const auto* command = std::get_if<OperatorCommand>(&event)) {
+    std::erase_if(taken_, [&](const Event& earlier) {
+      const auto* other = std::get_if<OperatorCommand>(&earlier);
+      return other != nullptr && replaces(*command, *other);
+    });
+  } else {
+    const auto is_mark = [](const Event& e) { return std::holds_alternative<MissionEvent>(e); };
+    if (static_cast<std::size_t>(std::ranges::count_if(taken_, is_mark)) >= most_kept)
+      taken_.erase(std::ranges::find_if(taken_, is_mark));
+  }
   taken_.push_back(event);
 }
 

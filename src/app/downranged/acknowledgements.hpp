@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dds/service_status.hpp"
@@ -16,7 +17,8 @@ class Acknowledgements {
  public:
   explicit Acknowledgements(const RangeConfig& config) : orders_(config), mission_(config) {}
 
-  /// An event that the engine consumed. What the log is to say of it; none: neither an order nor a mark.
+  /// An event that the engine consumed. What the log is to say of it; none: neither an order nor a mark, or an order
+  /// that was told before: a writer that is met again tells its history once more.
   [[nodiscard]] std::optional<std::string> note(const Event& event);
 
   /// The newest first, at most as many as a status holds.
@@ -28,12 +30,14 @@ class Acknowledgements {
 
  private:
   void acknowledge(std::size_t topic, const Name& sender, std::uint64_t sequence, const std::string& refusal);
+  [[nodiscard]] bool told_before(const Event& event);
   void keep(const Event& event);
 
   Orders orders_;
   MissionClock mission_;
   std::vector<dds::Acknowledgement> newest_;
-  std::vector<Event> taken_;
+  std::vector<Event> taken_;                          ///< orders: those that stand
+  std::vector<std::pair<Name, std::uint64_t>> told_;  ///< operators' messages, by sender and sequence
 };
 
 }  // namespace downrange::app

@@ -60,6 +60,7 @@ void Flight::emit(const Result& result) {
   } else if (const auto* command = std::get_if<SlavingCommand>(&result)) {
     const auto level = command->source == SlavingSource::Fused ? spdlog::level::info : spdlog::level::warn;
     if (const std::string note = slaving_notes_.change(*command); !note.empty()) spdlog::log(level, "{}", note);
+    if (const std::string note = slaving_notes_.mount_error(*command); !note.empty()) spdlog::info("{}", note);
   } else if (const auto* integrity = std::get_if<Integrity>(&result)) {
     for (const std::string& note : integrity_notes_.changes(*integrity)) spdlog::warn("{}", note);
   }

@@ -43,6 +43,11 @@ std::vector<OwnedKey> expected_keys<SlavingCommand>(const RangeConfig& range) {
 }
 
 template <>
+std::vector<OwnedKey> expected_keys<AntennaAccount>(const RangeConfig& range) {
+  return expected_keys<SlavingCommand>(range);
+}
+
+template <>
 std::vector<OwnedKey> expected_keys<Integrity>(const RangeConfig& range) {
   std::vector<OwnedKey> keys;
   for (const TargetConfig& target : range.targets) keys.emplace_back(target.id, Name{});

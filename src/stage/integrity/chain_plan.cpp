@@ -1,6 +1,7 @@
 #include "stage/integrity/chain_plan.hpp"
 
 #include <algorithm>
+#include <downrange/est/method/method_table.hpp>
 #include <string>
 
 namespace downrange {
@@ -67,6 +68,13 @@ ChainPlans plan_chains(const std::vector<SourceUnit>& units) {
     if (wanted && units[i].starts_track && units.size() > 1) plans.alone[i] = add(only(i));
   }
   return plans;
+}
+
+std::vector<ChainPlan> chains_of(const RangeConfig& config) {
+  if (!config.integrity.enabled) return {};
+  const bool takes_angles = capabilities_of(config.fuse.methods.front().view()).partial_plots;
+  const auto units = source_units(SourceTable(config), takes_angles);
+  return units.size() < 2 ? std::vector<ChainPlan>{} : plan_chains(units).chains;
 }
 
 Name joined_name(std::string_view prefix, std::string_view name, std::size_t number) {

@@ -2,6 +2,7 @@
 /// Which chains a target has: the subsets of its sources that the primary method is run on.
 
 #include <downrange/geo/name.hpp>
+#include <downrange/stage/range_config.hpp>
 #include <downrange/stage/source_table.hpp>
 #include <string_view>
 #include <vector>
@@ -43,6 +44,9 @@ struct ChainPlans {
 /// but GPS.
 inline constexpr std::size_t most_alone = 6;
 [[nodiscard]] ChainPlans plan_chains(const std::vector<SourceUnit>& units);
+
+/// Of a range: none where INTEGRITY is off, or there is one unit alone.
+[[nodiscard]] std::vector<ChainPlan> chains_of(const RangeConfig& config);
 
 /// `prefix` and `name` as one name. What does not fit into a name's 31 characters is cut and ends in ".`number`", which
 /// tells two such names apart.

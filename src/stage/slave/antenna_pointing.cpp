@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "stage/indices.hpp"
@@ -34,6 +35,14 @@ bool velocity_is_known(const TrackEstimate& e) {
   return e.cov.block<3, 3>(3, 3).trace() < known_velocity_m_s * known_velocity_m_s;
 }
 
+/// What is not known of the antenna itself, 1-sigma per axis.
+void widen(Look& look, double azimuth_rad, double elevation_rad) {
+  const double across = azimuth_rad * std::cos(look.elevation.angle_rad);
+  look.sky.diagonal() += Eigen::Vector2d(across * across, elevation_rad * elevation_rad);
+  look.sigma_azimuth_rad = std::min(std::hypot(look.sigma_azimuth_rad, azimuth_rad), pi);
+  look.sigma_elevation_rad = std::min(std::hypot(look.sigma_elevation_rad, elevation_rad), pi);
+}
+
 /// On the sky, as seen from the look: across and up.
 Eigen::Vector2d offset_on_sky(const Look& look, double azimuth_rad, double elevation_rad, double angle_rad) {
   const double da = azimuth_rad - look.azimuth.angle_rad;
@@ -49,17 +58,26 @@ Eigen::Vector2d offset_on_sky(const Look& look, double azimuth_rad, double eleva
 }  // namespace
 
 AntennaPointing::AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range)
-    : antenna_(antenna),
+    : configured_(antenna),
+      antenna_(antenna),
       range_(range),
       configured_target_(antenna.target.empty() ? 0 : index_of(range.targets, antenna.target)),
       target_(configured_target_),
+      offset_(range.slave.blend_rate_rad_s),
       air_(air_over(antenna)),
       horizon_(antenna.elevation_min_rad, antenna.horizon),
-      ladder_(antenna, range.slave, air_.get()),
+      ladder_(antenna_, range.slave, air_.get()),
       blend_(range.slave.blend_rate_rad_s),
-      keyhole_(antenna),
+      keyhole_(antenna_),
       azimuth_axis_({antenna.azimuth_rate_max_rad_s, antenna.azimuth_acceleration_max_rad_s2}),
-      elevation_axis_({antenna.elevation_rate_max_rad_s, antenna.elevation_acceleration_max_rad_s2}) {}
+      elevation_axis_({antenna.elevation_rate_max_rad_s, antenna.elevation_acceleration_max_rad_s2}) {
+  if (const auto noise = mount_noise(range, antenna)) mount_error_.emplace(*noise, antenna.mount_error_max_rad);
+  readings_.reserve(most_readings);
+}
+
+void AntennaPointing::note_reading(Time epoch, double azimuth_rad, double elevation_rad) {
+  if (mount_error_ && readings_.size() < most_readings) readings_.push_back({epoch, azimuth_rad, elevation_rad});
+}
 
 void AntennaPointing::obey(const AntennaWill& will) {
   azimuth_trim_rad_ = will.azimuth_trim_rad;
@@ -67,20 +85,94 @@ void AntennaPointing::obey(const AntennaWill& will) {
   const int target = will.target.value_or(configured_target_);
   if (std::exchange(target_, target) == target) return;
   ladder_.forget();
+  readings_.clear();
   planned_.reset();
   turn_settled_ = false;
+  // A plan near the zenith was one for the other target: from where it has led the antenna to the new one.
+  if (last_ && seam_.plan != 0) {
+    const Axes upright = over_ ? over_the_zenith(last_->axes) : last_->axes;
+    blend_.was(upright.azimuth, upright.elevation);
+  }
+  keyhole_.clear();
+  seam_ = {};
+}
+
+bool AntennaPointing::take_place(Time at) {
+  if (!antenna_.moves) return true;
+  place_ = platform_.at(at);
+  if (place_) antenna_.site = place_->site;
+  return place_.has_value();
+}
+
+void AntennaPointing::move_with_platform(Aim& aim) const {
+  if (!place_) return;
+  TrackEstimate relative = aim.estimate;
+  relative.mean.segment<3>(3) -= place_->velocity.m_s;
+  Look& look = aim.look;
+  if (const auto moving = look_at(antenna_.site, air_.get(), relative)) look = *moving;
+  look.azimuth.rate_rad_s -= place_->turn_rate_rad_s;
+  const double by_place = place_->sigma_position_m / look.range_m;
+  const double cos_elevation = std::max(std::cos(look.elevation.angle_rad), 1e-6);
+  widen(look, std::hypot(by_place / cos_elevation, place_->sigma_heading_rad), by_place);
+}
+
+void AntennaPointing::learn_mount_error(const Aim& aim) {
+  if (!mount_error_) return;
+  const bool measured = aim.origin.source != SlavingSource::Coasting && aim.origin.source != SlavingSource::Nominal;
+  for (const Reading& reading : measured ? std::span<const Reading>(readings_) : std::span<const Reading>()) {
+    TrackEstimate then = aim.estimate;
+    const double dt = (reading.epoch - aim.estimate.epoch).seconds();
+    then.mean.head<3>() += dt * (then.mean.segment<3>(3) + dt / 2 * then.mean.tail<3>());
+    const auto look = look_at(antenna_.site, air_.get(), then);
+    if (!look) continue;
+    mount_error_->note(reading.epoch, wrap_pi(reading.azimuth_rad - look->azimuth.angle_rad),
+                       reading.elevation_rad - look->elevation.angle_rad, std::cos(look->elevation.angle_rad),
+                       look->sigma_azimuth_rad, look->sigma_elevation_rad);
+  }
+  readings_.clear();
+}
+
+void AntennaPointing::offset_axes(double cos_elevation, Time tick, bool resumes) {
+  offset_.want(azimuth_trim_rad_ + mount_offset_.azimuth_rad, elevation_trim_rad_ + mount_offset_.elevation_rad);
+  if (resumes) {
+    offset_.jump();
+  } else {
+    offset_.step((tick - last_->tick).seconds(), cos_elevation);
+  }
+  antenna_.azimuth_min_rad = configured_.azimuth_min_rad - offset_.azimuth_rad();
+  antenna_.azimuth_max_rad = configured_.azimuth_max_rad - offset_.azimuth_rad();
+  const double top = configured_.elevation_max_rad - offset_.elevation_rad();
+  // What an offset lends does not make a mount one that goes over the zenith.
+  antenna_.elevation_max_rad = configured_.elevation_max_rad <= pi / 2 ? std::min(top, pi / 2) : top;
+}
+
+Axes AntennaPointing::with_offset(Axes axes) const {
+  axes.azimuth.angle_rad += offset_.azimuth_rad();
+  axes.azimuth.rate_rad_s += offset_.azimuth_rate_rad_s();
+  axes.elevation.angle_rad += offset_.elevation_rad();
+  axes.elevation.rate_rad_s += offset_.elevation_rate_rad_s();
+  const auto inside = [&](AxisMotion& axis, double least, double most, SlavingLimit limit) {
+    const double angle = std::clamp(axis.angle_rad, least, most);
+    if (angle == axis.angle_rad) return;
+    axis = {.angle_rad = angle};
+    axes.limits |= limit;
+  };
+  if (axes.limits & LimitAzimuth) axes.azimuth.rate_rad_s = 0;
+  inside(axes.azimuth, configured_.azimuth_min_rad, configured_.azimuth_max_rad, LimitAzimuth);
+  inside(axes.elevation, configured_.elevation_min_rad, configured_.elevation_max_rad, LimitElevation);
+  return axes;
 }
 
 std::optional<Aim> AntennaPointing::aim(const Followed& followed, std::optional<Time> liftoff, Time tick) {
   const NominalTrajectory& nominal = range_.targets[static_cast<std::size_t>(target_)].nominal;
+  if (!take_place(apply_at(tick))) return std::nullopt;
   auto aim = ladder_.choose(followed, nominal, liftoff, tick, apply_at(tick));
   if (!aim) return aim;
   aim->origin.target = target_;
-  aim->origin.azimuth_trim_rad = azimuth_trim_rad_;
-  aim->origin.elevation_trim_rad = elevation_trim_rad_;
-  // The mount points there when it is told so.
-  aim->look.azimuth.angle_rad += azimuth_trim_rad_;
-  aim->look.elevation.angle_rad += elevation_trim_rad_;
+  move_with_platform(*aim);
+  learn_mount_error(*aim);
+  mount_offset_ = mount_error_ ? mount_error_->at(apply_at(tick)) : MountOffset{};
+  widen(aim->look, mount_offset_.sigma_azimuth_rad, mount_offset_.sigma_elevation_rad);
   return aim;
 }
 
@@ -98,7 +190,8 @@ void AntennaPointing::plan(const Aim& aim, const TargetPath& path, Time tick, bo
   const bool known = path.timed() && velocity_is_known(aim.estimate);
   if (resumes || (known && !turn_settled_)) choose_turn_of_pass();
   turn_settled_ = known || (turn_settled_ && !resumes);
-  if (path.timed() && last_ && !resumes) {
+  // A plan near the zenith is one of azimuths: a platform that turns would leave it behind.
+  if (path.timed() && last_ && !resumes && !antenna_.moves) {
     const double azimuth = last_->axes.azimuth.at((tick - last_->tick).seconds());
     keyhole_.make(path.path(), pass_, antenna_.site, air_.get(), apply_at(tick), azimuth, over_);
   } else {
@@ -182,9 +275,11 @@ void AntennaPointing::follow(const Axes& axes, Time tick, bool resumes) {
 std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Followed& followed, const TargetPath& path,
                                                        Time tick) {
   const bool resumes = !last_ || tick - last_->tick > longest_blended_gap;
-  plan(aim, path, tick, resumes);
   const Time at = apply_at(tick);
   const Look& look = aim.look;
+  if (resumes) seam_ = {};
+  offset_axes(std::cos(look.elevation.angle_rad), tick, resumes);
+  plan(aim, path, tick, resumes);
   AxisMotion azimuth = look.azimuth;
   AxisMotion elevation = look.elevation;
   blend_.apply(tick, aim.origin, azimuth, elevation);
@@ -194,16 +289,19 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
     mend_seam(own, keyhole_.made(), tick, resumes);
     axes = axes_of_plan(own, azimuth, elevation);
   } else {
-    if (seam_.plan != 0) over_ = std::cos(last_->axes.azimuth.angle_rad - azimuth.angle_rad) < 0;
+    // A plan may have led a mount that can over the zenith.
+    if (seam_.plan != 0 && configured_.elevation_max_rad > pi / 2)
+      over_ = std::cos(last_->axes.azimuth.angle_rad - azimuth.angle_rad) < 0;
     axes = axes_of_target(azimuth, elevation);
     if (seam_.plan != 0 || seam_.off_rad != 0) mend_seam(axes.azimuth, 0, tick, resumes);
   }
   axes.azimuth.angle_rad = std::clamp(axes.azimuth.angle_rad, antenna_.azimuth_min_rad, antenna_.azimuth_max_rad);
   hold_elevation(axes, horizon_, antenna_.elevation_max_rad);
-  follow(axes, tick, resumes);
-  const double azimuth_lag = axes.azimuth.angle_rad - azimuth_axis_.angle_rad();
-  const double elevation_lag = axes.elevation.angle_rad - elevation_axis_.angle_rad();
-  if (std::hypot(azimuth_lag * std::cos(axes.elevation.angle_rad), elevation_lag) > lags_rad) axes.limits |= LimitRate;
+  Axes told = with_offset(axes);
+  follow(told, tick, resumes);
+  const double azimuth_lag = told.azimuth.angle_rad - azimuth_axis_.angle_rad();
+  const double elevation_lag = told.elevation.angle_rad - elevation_axis_.angle_rad();
+  if (std::hypot(azimuth_lag * std::cos(axes.elevation.angle_rad), elevation_lag) > lags_rad) told.limits |= LimitRate;
 
   SlavingCommand c;
   c.antenna = antenna_.id;
@@ -215,35 +313,39 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
   c.age_s = (at - c.data_epoch).seconds();
   c.source = aim.origin.source;
   c.chain = aim.origin.chain;
-  c.limits = axes.limits;
+  c.limits = told.limits;
   c.range_m = look.range_m;
   c.range_rate_m_s = look.range_rate_m_s;
-  c.azimuth_rad = axes.azimuth.angle_rad;
-  c.azimuth_rate_rad_s = axes.azimuth.rate_rad_s;
-  c.elevation_rad = axes.elevation.angle_rad;
-  c.elevation_rate_rad_s = axes.elevation.rate_rad_s;
+  c.azimuth_rad = told.azimuth.angle_rad;
+  c.azimuth_rate_rad_s = told.azimuth.rate_rad_s;
+  c.elevation_rad = told.elevation.angle_rad;
+  c.elevation_rate_rad_s = told.elevation.rate_rad_s;
   c.acceleration_valid = look.acceleration_valid;
   if (c.acceleration_valid) {
-    c.azimuth_acceleration_rad_s2 = axes.azimuth.acceleration_rad_s2;
-    c.elevation_acceleration_rad_s2 = axes.elevation.acceleration_rad_s2;
+    c.azimuth_acceleration_rad_s2 = told.azimuth.acceleration_rad_s2;
+    c.elevation_acceleration_rad_s2 = told.elevation.acceleration_rad_s2;
   }
   c.sigma_azimuth_rad = look.sigma_azimuth_rad;
   c.sigma_elevation_rad = look.sigma_elevation_rad;
-  c.off_target_rad = separation_rad(azimuth_axis_.angle_rad(), elevation_axis_.angle_rad(), look.azimuth.angle_rad,
-                                    look.elevation.angle_rad);
+  c.mount_azimuth_rad = mount_offset_.azimuth_rad;
+  c.mount_elevation_rad = mount_offset_.elevation_rad;
+  // Where the antenna points: what its axes read, less what is added to them.
+  const double pointed_azimuth = azimuth_axis_.angle_rad() - offset_.wanted_azimuth_rad();
+  const double pointed_elevation = elevation_axis_.angle_rad() - offset_.wanted_elevation_rad();
+  c.off_target_rad =
+      separation_rad(pointed_azimuth, pointed_elevation, look.azimuth.angle_rad, look.elevation.angle_rad);
   c.probability_valid = antenna_.beamwidth_rad > 0;
   if (c.probability_valid) {
-    const Eigen::Vector2d off =
-        offset_on_sky(look, azimuth_axis_.angle_rad(), elevation_axis_.angle_rad(), c.off_target_rad);
+    const Eigen::Vector2d off = offset_on_sky(look, pointed_azimuth, pointed_elevation, c.off_target_rad);
     c.probability_in_beam = probability_in_disc(off, look.sky, antenna_.beamwidth_rad / 2);
   }
   c.bound_valid = aim.bounded;
   if (aim.bounded) {
-    const bool over = c.elevation_rad > pi / 2;
-    const double bent = look.refraction_rad + elevation_trim_rad_;
-    const double unbent = c.elevation_rad + (over ? bent : -bent);
+    const double azimuth_told = c.azimuth_rad - offset_.wanted_azimuth_rad();
+    const double elevation_told = c.elevation_rad - offset_.wanted_elevation_rad();
+    const double unbent = elevation_told + (elevation_told > pi / 2 ? look.refraction_rad : -look.refraction_rad);
     const Eigen::Matrix3d R_ecef_enu = antenna_.site.R_enu_ecef().R.transpose();
-    const Eigen::Vector3d commanded = R_ecef_enu * enu_from_polar({1, c.azimuth_rad - azimuth_trim_rad_, unbent}).m;
+    const Eigen::Vector3d commanded = R_ecef_enu * enu_from_polar({1, azimuth_told, unbent}).m;
     c.bound_rad = bound_rad(followed.alternatives, commanded, R_ecef_enu * look.line.m);
   }
   if (aim.bounded || c.source == SlavingSource::Fused) ladder_.note_bound(c.bound_rad);
@@ -255,8 +357,23 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
                       std::isfinite(c.probability_in_beam);
   if (!finite) return std::nullopt;
   last_ = Last{tick, axes};
-  turn_rad_ = c.azimuth_rad;
+  turn_rad_ = axes.azimuth.angle_rad;
   return c;
+}
+
+AntennaAccount AntennaPointing::account(const AntennaWill& will, const TargetPath* path,
+                                        std::optional<Time> planned_liftoff, Time tick) const {
+  AntennaAccount account;
+  const std::optional<Time> begins = path == nullptr ? std::nullopt : path->begins(planned_liftoff);
+  if (begins) {
+    account = sighting(path->path(), *begins, antenna_.site, air_.get(), horizon_, tick);
+    account.basis = path->basis();
+  }
+  account.antenna = configured_.id;
+  account.target = range_.targets[static_cast<std::size_t>(target_)].id;
+  account.tick = tick;
+  account.orders = will.orders;
+  return account;
 }
 
 }  // namespace downrange

@@ -5,12 +5,17 @@
 #include <downrange/stage/result.hpp>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "stage/slave/antenna_will.hpp"
+#include "stage/slave/axis_offset.hpp"
 #include "stage/slave/blend.hpp"
 #include "stage/slave/keyhole.hpp"
 #include "stage/slave/ladder.hpp"
 #include "stage/slave/mount.hpp"
+#include "stage/slave/mount_error.hpp"
+#include "stage/slave/platform.hpp"
+#include "stage/slave/sighting.hpp"
 #include "stage/slave/target_path.hpp"
 #include "stage/slave/travel.hpp"
 
@@ -20,6 +25,17 @@ class AntennaPointing {
  public:
   /// Both must outlive it. Traces a refraction table where the antenna has a refractivity (50 ms).
   AntennaPointing(const AntennaConfig& antenna, const RangeConfig& range);
+  AntennaPointing(const AntennaPointing&) = delete;
+  AntennaPointing& operator=(const AntennaPointing&) = delete;
+  AntennaPointing(AntennaPointing&&) = delete;
+  AntennaPointing& operator=(AntennaPointing&&) = delete;
+  ~AntennaPointing() = default;
+
+  [[nodiscard]] const AntennaConfig& antenna() const { return configured_; }
+  /// Of a moving antenna.
+  void note(const PlatformState& state) { platform_.note(state); }
+  /// What its own sensor read of the target while it tracked by itself.
+  void note_reading(Time epoch, double azimuth_rad, double elevation_rad);
 
   /// What operators want of it, but for the stop and the pin.
   void obey(const AntennaWill& will);
@@ -33,8 +49,20 @@ class AntennaPointing {
   [[nodiscard]] std::optional<SlavingCommand> command(const Aim& aim, const Followed& followed, const TargetPath& path,
                                                       Time tick);
 
+  /// `path`: null, it has nothing to follow.
+  [[nodiscard]] AntennaAccount account(const AntennaWill& will, const TargetPath* path,
+                                       std::optional<Time> planned_liftoff, Time tick) const;
+
  private:
-  /// What was commanded last.
+  /// A direction that the mount read.
+  struct Reading {
+    Time epoch;
+    double azimuth_rad = 0;
+    double elevation_rad = 0;
+  };
+  static constexpr std::size_t most_readings = 64;  ///< of one tick; more are passed over
+
+  /// What was commanded last, without what is added to the axes.
   struct Last {
     Time tick;
     Axes axes;
@@ -45,6 +73,16 @@ class AntennaPointing {
     double off_rad = 0;
   };
 
+  /// Where the antenna is at that instant. False: it moves, and is not heard of.
+  bool take_place(Time at);
+  /// What moves with the antenna, and how well its place is known.
+  void move_with_platform(Aim& aim) const;
+  /// What was read since the last tick, against what is followed.
+  void learn_mount_error(const Aim& aim);
+  /// Brings what is added to the axes, and with it the travel that pointing has, up to `tick`.
+  void offset_axes(double cos_elevation, Time tick, bool resumes);
+  /// What the axes are told, inside their travel.
+  [[nodiscard]] Axes with_offset(Axes axes) const;
   void plan(const Aim& aim, const TargetPath& path, Time tick, bool resumes);
   void choose_turn_of_pass();
   /// `own`: of the azimuth axis, as planned; azimuth and elevation: of the target.
@@ -54,13 +92,21 @@ class AntennaPointing {
   void mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick, bool resumes);
   void follow(const Axes& axes, Time tick, bool resumes);
 
-  const AntennaConfig& antenna_;
+  const AntennaConfig& configured_;
+  /// As pointing has it: the site is where the antenna is, the travel is less what is added to the axes.
+  AntennaConfig antenna_;
   const RangeConfig& range_;
   int configured_target_;
   int target_;
   double azimuth_trim_rad_ = 0;
   double elevation_trim_rad_ = 0;
+  AxisOffset offset_;
   std::unique_ptr<const RefractionTable> air_;
+  Platform platform_;
+  std::optional<Platform::Place> place_;  ///< of a moving antenna
+  std::optional<MountError> mount_error_;
+  MountOffset mount_offset_;  ///< when the command is applied
+  std::vector<Reading> readings_;
   Horizon horizon_;
   Ladder ladder_;
   Blend blend_;

@@ -14,6 +14,7 @@ struct AntennaWill {
   std::optional<Followed> pinned{};
   double azimuth_trim_rad = 0;  ///< added to its commands
   double elevation_trim_rad = 0;
+  Remark orders{};  ///< in words, for its account
 };
 
 }  // namespace downrange

@@ -29,4 +29,10 @@ void Blend::apply(Time tick, const Origin& origin, AxisMotion& azimuth, AxisMoti
   previous_->elevation.angle_rad = elevation.angle_rad;
 }
 
+void Blend::was(const AxisMotion& azimuth, const AxisMotion& elevation) {
+  if (!previous_) return;
+  previous_->azimuth = azimuth;
+  previous_->elevation = elevation;
+}
+
 }  // namespace downrange

@@ -18,7 +18,8 @@ class Blend {
 
   /// Moves the look of the aim by what is left of the difference, its rates by how that shrinks.
   void apply(Time tick, const Origin& origin, AxisMotion& azimuth, AxisMotion& elevation);
-  void reset() { previous_.reset(); }
+  /// The last command was that, whatever the target's look: what is followed next is gone over to from there.
+  void was(const AxisMotion& azimuth, const AxisMotion& elevation);
 
  private:
   /// What was commanded last.

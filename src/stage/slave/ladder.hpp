@@ -16,8 +16,6 @@ struct Origin {
   Name chain{};
   std::uint64_t revision = 0;
   int target = 0;
-  double azimuth_trim_rad = 0;
-  double elevation_trim_rad = 0;
 
   bool operator==(const Origin&) const = default;
 };
