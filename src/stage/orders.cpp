@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 
+#include "stage/decimal.hpp"
 #include "stage/integrity/chain_plan.hpp"
 
 namespace downrange {
@@ -81,14 +81,16 @@ class Words {
 
 Remark words_of(const AntennaOrders& orders) {
   constexpr double deg = std::numbers::pi / 180;
-  char trim[48];
-  std::snprintf(trim, sizeof trim, "%.3f, %.3f deg", orders.trim.azimuth_trim_rad / deg,
-                orders.trim.elevation_trim_rad / deg);
   Words words;
   words.add(orders.stop, "stopped");
   words.add(orders.target, "sent to ", orders.target.argument.view());
   words.add(orders.source, "pinned to ", orders.source.argument.view());
-  words.add(orders.trim, "trimmed by ", trim);
+  Words trim;
+  trim.add(decimal(orders.trim.azimuth_trim_rad / deg, 3).view());
+  trim.add(", ");
+  trim.add(decimal(orders.trim.elevation_trim_rad / deg, 3).view());
+  trim.add(" deg");
+  words.add(orders.trim, "trimmed by ", trim.remark().view());
   return words.remark();
 }
 
@@ -123,10 +125,8 @@ std::string Orders::refusal(const OperatorCommand& command) const {
     }
   });
   if (changes || newer == nullptr) return {};
-  char late[32];
-  std::snprintf(late, sizeof late, "%.1f s", (newer->since - command.epoch).seconds());
-  return "it was given " + std::string(late) + " before the order of " + quoted(newer->by) +
-         " that is in force, or one of the clocks is wrong";
+  return "it was given " + std::string(decimal((newer->since - command.epoch).seconds(), 1).view()) +
+         " s before the order of " + quoted(newer->by) + " that is in force, or one of the clocks is wrong";
 }
 
 template <class Visit>

@@ -1,9 +1,10 @@
 #include "stage/slaving_notes.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <utility>
+
+#include "stage/decimal.hpp"
 
 namespace downrange {
 namespace {
@@ -61,13 +62,11 @@ std::string SlavingNotes::mount_error(const SlavingCommand& command) {
   told.mount_elevation_rad = elevation;
   const std::string antenna(command.antenna.view());
   if (azimuth == 0 && elevation == 0) return antenna + ": what its mount reads tells no pointing error any more";
-  char text[160];
-  std::snprintf(
-      text, sizeof text,
-      "%s: its mount reads %+.2f deg in azimuth and %+.2f deg in elevation when it is on its target; commands "
-      "have that added",
-      antenna.c_str(), azimuth / degree, elevation / degree);
-  return text;
+  const auto deg = [](double angle_rad) {
+    return std::string(decimal(angle_rad / degree, 2, true).view()) + " deg in ";
+  };
+  return antenna + ": its mount reads " + deg(azimuth) + "azimuth and " + deg(elevation) +
+         "elevation when it is on its target; commands have that added";
 }
 
 std::vector<std::string> SlavingNotes::ends(Time now) {

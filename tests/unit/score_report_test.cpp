@@ -142,7 +142,7 @@ TEST(Report, OfASingleSampleSaysSo) {
 }
 
 TEST(Report, WhatIsNotKnownIsADashAndNull) {
-  Scorer scorer = make_scorer();
+  Scorer scorer = make_scorer(make_range_out_of_sight());
   ResultSink& run = scorer.open_run("fused");
   SlavingCommand held = make_command(1, 0, 0.3, 1e-3);
   held.limits = LimitElevation;

@@ -206,6 +206,38 @@ TEST(SystematicScore, OfATrackerIsOfItsAngles) {
   EXPECT_NEAR(score.after.elevation_rad, 0.02 * deg / 9 / std::sqrt(3), 1e-12);
 }
 
+TEST(PointingScore, ACommandAtAStopIsScoredUnlessItsTargetIsOutside) {
+  SlavingCommand held = make_command(31, 0, 0.3, 1e-3);
+  held.limits = LimitElevation;
+  for (const bool outside : {false, true}) {
+    Scorer scorer = make_scorer(outside ? make_range_out_of_sight() : make_range());
+    scorer.open_run("fused").emit(held);
+    const auto pointing = scorer.summary().pointing;
+    ASSERT_EQ(pointing.size(), 1u);
+    EXPECT_EQ(pointing[0].commands, 1u);
+    EXPECT_EQ(pointing[0].held, outside ? 1u : 0u);
+    EXPECT_EQ(pointing[0].scored, outside ? 0u : 1u);
+  }
+}
+
+TEST(PointingScore, TravelAndHorizonSayWhereAnAntennaCanPoint) {
+  AntennaConfig antenna;
+  antenna.azimuth_min_rad = -10 * deg;
+  antenna.azimuth_max_rad = 190 * deg;
+  antenna.horizon = {{0, 5 * deg}, {90 * deg, 20 * deg}, {180 * deg, 5 * deg}};
+  const auto can = [&](double azimuth_deg, double elevation_deg) {
+    return can_point_at(antenna, {1e5, azimuth_deg * deg, elevation_deg * deg});
+  };
+  EXPECT_TRUE(can(355, 30));
+  EXPECT_FALSE(can(340, 30));
+  EXPECT_TRUE(can(185, 30));
+  EXPECT_FALSE(can(200, 30));
+  EXPECT_FALSE(can(90, 19));
+  EXPECT_TRUE(can(90, 21));
+  antenna.elevation_max_rad = std::numbers::pi;
+  EXPECT_TRUE(can(270, 30)) << "over the zenith";
+}
+
 TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
   Scorer scorer = make_scorer();
   ResultSink& run = scorer.open_run("fused");
@@ -215,14 +247,11 @@ TEST(PointingScore, IsTheGreatCircleAngleAtApplication) {
   coasting.azimuth_rad += 2 * std::numbers::pi;  // unwrapped: a full turn is no error
   coasting.age_s = 0.5;
   run.emit(coasting);
-  SlavingCommand held = make_command(31, 0, 0.3, 1e-3);
-  held.limits = LimitElevation;
-  run.emit(held);
   const auto pointing = scorer.summary().pointing;
   ASSERT_EQ(pointing.size(), 2u);
   EXPECT_EQ(pointing[0].source, SlavingSource::Fused);
-  EXPECT_EQ(pointing[0].commands, 21u);
-  EXPECT_EQ(pointing[0].held, 1u);
+  EXPECT_EQ(pointing[0].commands, 20u);
+  EXPECT_EQ(pointing[0].held, 0u);
   EXPECT_NEAR(pointing[0].rms_rad, 1e-3 * std::sqrt(21 * 41 / 6.0), 1e-12);
   EXPECT_NEAR(pointing[0].p95_rad, 19e-3, 1e-12);
   EXPECT_NEAR(pointing[0].worst_rad, 20e-3, 1e-12);

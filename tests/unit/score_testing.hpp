@@ -107,8 +107,15 @@ inline SourceHealth make_health(double t_s, std::uint64_t accepted, std::uint64_
   return health;
 }
 
-inline Scorer make_scorer() {
-  return {make_range(), "kslv", truth, liftoff, {{"first", 0, 50}, {"second", 50, 60}, {"empty", 200, 300}}};
+inline Scorer make_scorer(const RangeConfig& range = make_range()) {
+  return {range, "kslv", truth, liftoff, {{"first", 0, 50}, {"second", 50, 60}, {"empty", 200, 300}}};
+}
+
+/// With an antenna that cannot be pointed at the target.
+inline RangeConfig make_range_out_of_sight() {
+  RangeConfig range = make_range();
+  range.antennas[0].elevation_min_rad = 89 * deg;
+  return range;
 }
 
 }  // namespace downrange::score::test

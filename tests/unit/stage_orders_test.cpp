@@ -68,10 +68,12 @@ TEST(Orders, ATargetIsHeldOnAChainUntilReleased) {
     orders.note(order(OperatorOrder::HoldChain, "kslv", 1, chain));
     EXPECT_EQ(orders.held_chain(0), Name(chain));
   }
-  for (const char* chain : {"", "without-nobody", "joint", "only-", "only-goheung-tgs", "without-radars", "only-radars"}) {
+  for (const char* chain :
+       {"", "without-nobody", "joint", "only-", "only-goheung-tgs", "without-radars", "only-radars"}) {
     const OperatorCommand bad = order(OperatorOrder::HoldChain, "kslv", 2, chain);
-    EXPECT_NE(orders.refusal(bad).find("no chain is named '" + std::string(chain) + "': there are all, without-goheung"),
-              std::string::npos)
+    EXPECT_NE(
+        orders.refusal(bad).find("no chain is named '" + std::string(chain) + "': there are all, without-goheung"),
+        std::string::npos)
         << orders.refusal(bad);
     orders.note(bad);
     EXPECT_EQ(orders.held_chain(0), Name("only-GPS")) << chain;

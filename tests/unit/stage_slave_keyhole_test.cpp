@@ -43,7 +43,7 @@ class KeyholeTest : public testing::TestWithParam<double> {
         if (c.antenna == antenna.id) mount.take(c);
       }
       const Time at = tick + antenna.link_delay + antenna.lead + range.tick;
-      for (int k = 4; k >= 0; --k) mount.step(at - milliseconds(5 * k), 0.005);
+      for (int k = 4; k >= 0; --k) mount.step(at - milliseconds(5L * k), 0.005);
       if (!mount.newest) continue;
       const test::Knows& target = will[0].target.value_or(0) == 1 ? other : method;
       const Polar q = polar_from_enu(antenna.site.enu_of(target.path((at - test::liftoff).seconds()).position));
@@ -148,7 +148,7 @@ TEST_P(KeyholeTest, WhereAnotherAntennaIsPinnedToIsNoMatterOfThisOne) {
       if (c.antenna == range.antennas[1].id) mount.take(c);
     }
     const Time at = tick + range.antennas[1].link_delay + range.antennas[1].lead + range.tick;
-    for (int k = 4; k >= 0; --k) mount.step(at - milliseconds(5 * k), 0.005);
+    for (int k = 4; k >= 0; --k) mount.step(at - milliseconds(5L * k), 0.005);
     const Polar q = polar_from_enu(range.antennas[1].site.enu_of(method.path((at - test::liftoff).seconds()).position));
     if (t > -55) most = std::max(most, mount.off(q));
   }
