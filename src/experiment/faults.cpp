@@ -193,7 +193,8 @@ ExperimentResult run_faults(const ExperimentOptions& options, const faults::Plan
   out.runs = options.runs > 0 ? options.runs : fault_seeds;
   out.seed = options.seed;
   out.figures = faults::figures_of(flown);
-  out.tables = {faults::table_of(flown)};
+  std::ranges::move(faults::antenna_figures_of(flown), std::back_inserter(out.figures));
+  out.tables = {faults::table_of(flown), faults::antennas_of(flown)};
   out.plots = faults::plots_of(flown);
   out.settings = {
       {"catalogue", plan.catalogue.file.string()},
@@ -211,6 +212,15 @@ ExperimentResult run_faults(const ExperimentOptions& options, const faults::Plan
        "from the fault's end to the last error above 1.5 times the worst of the same flight without it, 10 m at least; "
        "60 s at most"},
       {"bound", "share of positions sent with a bound that it covers"},
+      {"mounts",
+       "15 deg/s and 20 deg/s^2 on both axes, parked at first; they go from command to command to second order and "
+       "stand "
+       "after valid_until; every antenna of the range"},
+      {"on target",
+       "within 0.25 deg of the target's direction: share of the time from the fault's begin on with the target above "
+       "the "
+       "antenna's horizon; followed, by what commands are made of, and withheld are shares of the same"},
+      {"excursion", "farthest from the target while a command is followed, on the way to it after a pause as well"},
       {"CPU", number_text(cpu_s / 3600, 2) + " h on " + std::to_string(options.jobs) + " threads"}};
   for (const faults::Flown& f : flown) {
     if (f.missed.empty()) continue;

@@ -42,7 +42,10 @@ struct Flown {
 [[nodiscard]] std::vector<Flown> fly(const Plan& plan, const ExperimentOptions& options);
 
 [[nodiscard]] Table table_of(const std::vector<Flown>& flown);
+/// What mounts that follow the commands made of them.
+[[nodiscard]] Table antennas_of(const std::vector<Flown>& flown);
 [[nodiscard]] std::vector<Figure> figures_of(const std::vector<Flown>& flown);
+[[nodiscard]] std::vector<Figure> antenna_figures_of(const std::vector<Flown>& flown);
 /// Error, bound, who is accused and what is followed over time, of the first seed.
 [[nodiscard]] std::vector<Plot> plots_of(const std::vector<Flown>& flown);
 

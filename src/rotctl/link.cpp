@@ -91,7 +91,7 @@ void Link::step(const CommandBook& book, Instant now) {
   if (now.up < next_cycle_) return;
   next_cycle_ = next_cycle_ + period_;
   if (next_cycle_ <= now.up) next_cycle_ = now.up + period_;
-  const std::optional<Aim> aim = book.at(now.utc + settings_.link_delay + settings_.lead);
+  const std::optional<CommandedPointing> aim = book.at(now.utc + settings_.link_delay + settings_.lead);
   if (!aim) return ask_pointing(now);
   ask_position(*aim, now);
   pointing_due_ = true;
@@ -102,7 +102,7 @@ void Link::ask_pointing(Instant now) {
   ask({Question::Pointing, now, {}, 0}, "p\n");
 }
 
-void Link::ask_position(const Aim& aim, Instant now) {
+void Link::ask_position(const CommandedPointing& aim, Instant now) {
   const Placed placed = turns_->place(aim.azimuth_rad, aim.elevation_rad, measured_azimuth_rad_);
   note(HeldTopic, placed.held ? "the rotator does not reach what is commanded: held at the end of its travel" : "");
   ask({Question::Position, now, aim.tick, placed.turn_rad}, position_line(placed.azimuth_rad, placed.elevation_rad));

@@ -13,9 +13,9 @@
 #include <string_view>
 #include <vector>
 
-#include "rotctl/command_book.hpp"
 #include "rotctl/protocol.hpp"
 #include "rotctl/turns.hpp"
+#include "stage/slave/command_book.hpp"
 
 namespace downrange::rotctl {
 
@@ -89,7 +89,7 @@ class Link {
 
   void ask(const Asked& what, const std::string& line);
   void ask_stop(Instant now);
-  void ask_position(const Aim& aim, Instant now);
+  void ask_position(const CommandedPointing& aim, Instant now);
   void ask_pointing(Instant now);
   [[nodiscard]] bool stopping() const;
   [[nodiscard]] bool stop_due(const CommandBook& book, Instant now) const;

@@ -71,7 +71,8 @@ std::string Responder::answer(std::string_view line) {
   if (line.find_first_not_of(" \t") == std::string_view::npos) return {};
   switch (parse(line)) {
     case Request::Pointing:
-      if (const std::optional<Aim> aim = told_.aim()) return pointing_lines(aim->azimuth_rad, aim->elevation_rad);
+      if (const std::optional<CommandedPointing> aim = told_.aim())
+        return pointing_lines(aim->azimuth_rad, aim->elevation_rad);
       return report_line(rprt_not_available);
     case Request::State:
       return state_lines(told_.travel);

@@ -7,16 +7,17 @@
 #include <string>
 #include <string_view>
 
-#include "rotctl/command_book.hpp"
 #include "rotctl/protocol.hpp"
+#include "stage/slave/command_book.hpp"
 
 namespace downrange::rotctl {
 
 /// What is told of the antenna.
 struct Told {
   Travel travel;
-  std::string info;                         ///< answer to `_`: one line
-  std::function<std::optional<Aim>()> aim;  ///< where it is commanded to point now; nothing: no command holds
+  std::string info;  ///< answer to `_`: one line
+  std::function<std::optional<CommandedPointing>()>
+      aim;  ///< where it is commanded to point now; nothing: no command holds
 };
 
 /// Bounds of a connection.

@@ -8,6 +8,7 @@
 namespace downrange::score {
 namespace {
 
+constexpr double deg = std::numbers::pi / 180;
 /// Two positions further apart in time have a hole between them: there was no track.
 constexpr Duration longest_gap = seconds(1);
 
@@ -41,6 +42,12 @@ std::string text(const char* format, double a, double b) {
 FaultJudge::FaultJudge(const RangeConfig& range, FaultCase fault)
     : range_(range), fault_(std::move(fault)), sources_(range), air_(air_of_antennas(range)) {
   score_.recovers = fault_.end.has_value();
+  for (const AntennaConfig& antenna : range_.antennas) {
+    const Name& target = antenna.target.empty() ? range_.targets.front().id : antenna.target;
+    if (target != fault_.target) continue;
+    const auto air = air_.find(antenna.id);
+    mounts_.try_emplace(antenna.id, antenna, fault_.truth, air == air_.end() ? nullptr : &air->second, fault_.begin);
+  }
 }
 
 void FaultJudge::emit(const Result& result) {
@@ -78,6 +85,8 @@ void FaultJudge::add(const Trajectory& trajectory) {
 }
 
 void FaultJudge::add(const SlavingCommand& command) {
+  const auto mount = mounts_.find(command.antenna);
+  if (mount != mounts_.end()) mount->second.take(command);
   const auto antenna = std::ranges::find(range_.antennas, command.antenna, &AntennaConfig::id);
   if (antenna == range_.antennas.end() || command.target != fault_.target) return;
   if ((command.limits & (LimitElevation | LimitAzimuth)) != 0) return;
@@ -95,6 +104,7 @@ void FaultJudge::add(const SlavingCommand& command) {
 }
 
 void FaultJudge::add(const SourceHealth& health) {
+  for (auto& [antenna, mount] : mounts_) mount.advance_to(health.time);
   if (sources_.find(health.sensor) == no_source) return;
   accuse(health.sensor, health.time, Accuser::Health, integrity_heard_ ? rejected(health) : accuses(health));
 }
@@ -159,7 +169,14 @@ FaultScore FaultJudge::score() const {
   score.whole = spread_of(std::move(whole));
   score.during = spread_of(std::move(during));
   if (fault_.end) score.recovery_s = recovery();
+  for (const auto& [antenna, mount] : mounts_) score.mounts.emplace(antenna, mount.score());
   return score;
+}
+
+MountScore FaultScore::all_mounts() const {
+  MountScore all;
+  for (const auto& [antenna, mount] : mounts) all += mount;
+  return all;
 }
 
 bool is_too_far_off(const FaultScore& score, const FaultLimits& limits) {
@@ -193,6 +210,13 @@ std::vector<std::string> missed(const FaultScore& score, const FaultLimits& limi
   if (!limits.majority_lies && score.bound.count > 0 && score.bound.value() < limits.bound_share)
     all.push_back(
         text("bound covers %.2f %%, at least %g %% expected", 100 * score.bound.value(), 100 * limits.bound_share));
+  const MountScore mounts = score.all_mounts();
+  const double on_target = mounts.share_of(mounts.on_target);
+  if (limits.on_target_share && !(on_target >= *limits.on_target_share))
+    all.push_back(text("mounts %.2f %% of the time on target, at least %g %% expected", 100 * on_target,
+                       100 * *limits.on_target_share));
+  if (limits.excursion_rad && mounts.worst_rad > *limits.excursion_rad)
+    all.push_back(text("a mount %.2f deg off, allowed %g deg", mounts.worst_rad / deg, *limits.excursion_rad / deg));
   return all;
 }
 

@@ -12,16 +12,19 @@
 #include <vector>
 
 #include "score/errors.hpp"
+#include "score/mount_tally.hpp"
 #include "score/truth.hpp"
 
 namespace downrange::score {
 
 /// What a fault may do. Where there is no number, nothing is expected.
 struct FaultLimits {
-  std::optional<double> error_m{};       ///< worst position error while it lasts, or as it is without the liars
-  std::optional<double> recovery_s{};    ///< after its end
-  std::optional<double> accusation_s{};  ///< after its begin, of a source that lies
-  double bound_share = 0.999;            ///< of ticks with a bound, those that it covers
+  std::optional<double> error_m{};          ///< worst position error while it lasts, or as it is without the liars
+  std::optional<double> recovery_s{};       ///< after its end
+  std::optional<double> accusation_s{};     ///< after its begin, of a source that lies
+  double bound_share = 0.999;               ///< of ticks with a bound, those that it covers
+  std::optional<double> on_target_share{};  ///< of the time that mounts follow the target, all antennas together
+  std::optional<double> excursion_rad{};    ///< how far a mount that follows commands is from the target at most
   /// Most sources lie alike: confidently wrong commands, a bound that fails and an innocent source accused first are
   /// allowed.
   bool majority_lies = false;
@@ -68,6 +71,9 @@ struct FaultScore {
   std::optional<double> recovery_s{};  ///< none: not within `recovery_horizon`
   /// Worst position error, while the fault lasts, of the same flight with the liars silent; where it was flown.
   std::optional<double> without_liars_m{};
+  std::map<Name, MountScore> mounts{};  ///< at each antenna that follows the target, from the fault's begin on
+
+  [[nodiscard]] MountScore all_mounts() const;
   std::vector<FaultSecond> seconds{};
 };
 
@@ -78,10 +84,13 @@ inline constexpr double wrong_rad = 0.25 * std::numbers::pi / 180;
 inline constexpr double wrong_sigmas = 5;
 inline constexpr double wrong_beyond_m = 5000;  ///< of range: nearer, a metre is an angle
 
-/// Takes the results of one flight as the engine made them.
+/// Takes the results of one flight as the engine made them. Mounts stand still where neither a command nor a health
+/// record, which comes once a second, tells that time goes on.
 class FaultJudge final : public ResultSink {
  public:
   FaultJudge(const RangeConfig& range, FaultCase fault);
+  FaultJudge(const FaultJudge&) = delete;
+  FaultJudge& operator=(const FaultJudge&) = delete;
 
   void emit(const Result& result) override;
 
@@ -109,6 +118,7 @@ class FaultJudge final : public ResultSink {
   FaultCase fault_;
   SourceTable sources_;
   std::map<Name, RefractionTable> air_;  ///< by antenna
+  std::map<Name, MountTally> mounts_;
   std::vector<ErrorAt> errors_;
   struct Accused {
     Name source;

@@ -163,6 +163,8 @@ score::FaultLimits read_limits(TomlSection& toml) {
   number("recovery_s", limits.recovery_s);
   number("accusation_s", limits.accusation_s);
   limits.bound_share = toml.number("bound_share", probability, limits.bound_share);
+  if (toml.optional("on_target_share")) limits.on_target_share = toml.number("on_target_share", probability);
+  if (toml.optional("excursion_deg")) limits.excursion_rad = toml.number("excursion_deg", {0, 180}) * deg;
   limits.majority_lies = toml.flag("majority_lies", false);
   return limits;
 }

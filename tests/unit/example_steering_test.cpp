@@ -39,7 +39,7 @@ TEST(Steering, StopsAtValidUntil) {
   EXPECT_FALSE(steering_at(&s, start + 400 * ms, &aim));
 }
 
-// 20 deg/s^2 and more: the figures are those of the derivation in unit_rotctl_command_book.
+// 20 deg/s^2 and more: the figures are those of the derivation in stage_slave_command_book_test.
 TEST(Steering, InterpolatesToSecondOrderWhereTheAccelerationIsValid) {
   const double w = 2;
   for (const bool second_order : {false, true}) {

@@ -14,7 +14,8 @@ class ResponderTest : public testing::Test {
  protected:
   std::string ask(std::string_view bytes) { return responder_.receive(bytes, up_); }
 
-  std::optional<Aim> aim_ = Aim{.azimuth_rad = -200.25 * deg, .elevation_rad = 45.5 * deg, .tick = {}};
+  std::optional<CommandedPointing> aim_ =
+      CommandedPointing{.azimuth_rad = -200.25 * deg, .elevation_rad = 45.5 * deg, .tick = {}};
   const Told told_{.travel = {-270 * deg, 270 * deg, 0, 90 * deg}, .info = "Downrange", .aim = [this] { return aim_; }};
   Duration up_ = milliseconds(1'000);
   Responder responder_{told_, Patience{}, up_};

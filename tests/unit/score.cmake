@@ -5,3 +5,4 @@ downrange_test(score_outliers_test ${CMAKE_CURRENT_LIST_DIR}/score_outliers_test
 downrange_test(score_report_test ${CMAKE_CURRENT_LIST_DIR}/score_report_test.cpp LIBS downrange_score nlohmann_json::nlohmann_json)
 downrange_test(score_fault_judge_test ${CMAKE_CURRENT_LIST_DIR}/score_fault_judge_test.cpp LIBS downrange_score)
 downrange_test(score_impact_test ${CMAKE_CURRENT_LIST_DIR}/score_impact_test.cpp LIBS downrange_score nlohmann_json::nlohmann_json)
+downrange_test(score_mount_test ${CMAKE_CURRENT_LIST_DIR}/score_mount_test.cpp LIBS downrange_score)

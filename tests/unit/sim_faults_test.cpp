@@ -280,9 +280,23 @@ TEST_F(FaultFile, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(
       complaint(head + "[[fault.do]]\nkind = \"silence\"\nsources = [\"all\"]\n[fault.expect]\naccusation_s = 3\n"),
       "f.toml:10: fault.expect.accusation_s: is of somebody who lies: name liars");
+  EXPECT_EQ(
+      complaint(head + "[[fault.do]]\nkind = \"silence\"\nsources = [\"all\"]\n[fault.expect]\non_target_share = 99\n"),
+      "f.toml:10: fault.expect.on_target_share: 99 is not allowed: 0 to 1");
   EXPECT_EQ(complaint(head + "flight = \"mars\"\n"), "f.toml:6: fault.flight: \"mars\" is no [[flight]] of this file");
   EXPECT_EQ(complaint("begin_s = 3\n" + head),
             "f.toml:1: begin_s: must be a list of numbers, each -86400 to 86400, such as [150.0, 290.0]");
+}
+
+TEST_F(FaultFile, SaysWhatIsExpectedAtTheAntennas) {
+  const std::string fault = head + "[[fault.do]]\nkind = \"silence\"\nsources = [\"all\"]\n[fault.expect]\n";
+  const score::FaultLimits silent = load(fault + "error_m = 1\n").faults.front().expected;
+  EXPECT_FALSE(silent.on_target_share);
+  EXPECT_FALSE(silent.excursion_rad);
+  const score::FaultLimits told = load(fault + "on_target_share = 0.9\nexcursion_deg = 3\n").faults.front().expected;
+  EXPECT_EQ(told.on_target_share, 0.9);
+  ASSERT_TRUE(told.excursion_rad);
+  EXPECT_NEAR(*told.excursion_rad, 3 * std::numbers::pi / 180, 1e-12);
 }
 
 TEST(ShippedFaults, AreReadAndSayWhatTheyExpect) {

@@ -8,6 +8,7 @@ downrange_test(stage_slave_keyhole_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_ke
 downrange_test(stage_slave_mount_error_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_mount_error_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_platform_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_platform_test.cpp LIBS downrange_stage)
 downrange_test(stage_slave_sighting_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_sighting_test.cpp LIBS downrange_stage)
+downrange_test(stage_slave_command_book_test ${CMAKE_CURRENT_LIST_DIR}/stage_slave_command_book_test.cpp LIBS downrange_stage)
 downrange_test(stage_engine_test ${CMAKE_CURRENT_LIST_DIR}/stage_engine_test.cpp LIBS downrange_stage)
 downrange_test(stage_source_monitor_test ${CMAKE_CURRENT_LIST_DIR}/stage_source_monitor_test.cpp LIBS downrange_stage)
 downrange_test(stage_orders_test ${CMAKE_CURRENT_LIST_DIR}/stage_orders_test.cpp LIBS downrange_stage)

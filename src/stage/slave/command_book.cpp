@@ -1,11 +1,11 @@
-#include "rotctl/command_book.hpp"
+#include "stage/slave/command_book.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-namespace downrange::rotctl {
+namespace downrange {
 namespace {
 
 constexpr Duration clocks_differ = milliseconds(1000);
@@ -23,11 +23,12 @@ bool finite(const SlavingCommand& c) {
   return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
 }
 
-Aim carried(const SlavingCommand& c, Time t, bool second_order) {
+CommandedPointing carried(const SlavingCommand& c, Time t, bool second_order) {
   const double dt = (t - c.apply_at).seconds();
-  Aim aim{.azimuth_rad = c.azimuth_rad + dt * c.azimuth_rate_rad_s,
-          .elevation_rad = c.elevation_rad + dt * c.elevation_rate_rad_s,
-          .tick = c.tick};
+  CommandedPointing aim{.azimuth_rad = c.azimuth_rad + dt * c.azimuth_rate_rad_s,
+                        .elevation_rad = c.elevation_rad + dt * c.elevation_rate_rad_s,
+                        .tick = c.tick,
+                        .source = c.source};
   if (second_order) {
     aim.azimuth_rad += 0.5 * dt * dt * c.azimuth_acceleration_rad_s2;
     aim.elevation_rad += 0.5 * dt * dt * c.elevation_acceleration_rad_s2;
@@ -35,13 +36,13 @@ Aim carried(const SlavingCommand& c, Time t, bool second_order) {
   return aim;
 }
 
-Aim between(const SlavingCommand& from, const SlavingCommand& to, Time t) {
+CommandedPointing between(const SlavingCommand& from, const SlavingCommand& to, Time t) {
   const bool goes_around = std::abs(to.azimuth_rad - from.azimuth_rad) > std::numbers::pi;
   if (goes_around) return carried(from, t, from.acceleration_valid);
   const double part = (t - from.apply_at).seconds() / (to.apply_at - from.apply_at).seconds();
   const bool second_order = from.acceleration_valid && to.acceleration_valid;
-  Aim a = carried(from, t, second_order);
-  const Aim b = carried(to, t, second_order);
+  CommandedPointing a = carried(from, t, second_order);
+  const CommandedPointing b = carried(to, t, second_order);
   if (second_order) {
     a.azimuth_rad += part * (b.azimuth_rad - a.azimuth_rad);
     a.elevation_rad += part * (b.elevation_rad - a.elevation_rad);
@@ -71,7 +72,7 @@ bool CommandBook::take(const SlavingCommand& command, Time now) {
   return true;
 }
 
-std::optional<Aim> CommandBook::at(Time t) const {
+std::optional<CommandedPointing> CommandBook::at(Time t) const {
   const auto next = std::ranges::upper_bound(commands_, t, {}, &SlavingCommand::apply_at);
   if (next == commands_.begin()) return std::nullopt;
   const SlavingCommand& from = *std::prev(next);
@@ -84,4 +85,4 @@ std::optional<Time> CommandBook::valid_until() const {
   return commands_.back().valid_until;
 }
 
-}  // namespace downrange::rotctl
+}  // namespace downrange

@@ -1,12 +1,12 @@
 /// Where an antenna shall point at an instant, from the commands that it has.
-#include "rotctl/command_book.hpp"
+#include "stage/slave/command_book.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-namespace downrange::rotctl {
+namespace downrange {
 namespace {
 
 constexpr Time start{1'700'000'000'000'000'000};
@@ -158,4 +158,4 @@ TEST(CommandBook, DoesNotGrow) {
 }
 
 }  // namespace
-}  // namespace downrange::rotctl
+}  // namespace downrange

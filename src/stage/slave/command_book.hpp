@@ -1,18 +1,20 @@
 #pragma once
-/// The commands to one antenna, as they came, and where it shall point at an instant between, or shortly behind, them.
+/// What becomes of the commands at an antenna: those that came, and where it shall point at an instant between, or
+/// shortly behind, them. Of whoever follows them, not of the engine: it allocates.
 
 #include <cstdint>
 #include <deque>
 #include <downrange/stage/result.hpp>
 #include <optional>
 
-namespace downrange::rotctl {
+namespace downrange {
 
 /// Where an antenna shall point at an instant.
-struct Aim {
+struct CommandedPointing {
   double azimuth_rad = 0;  ///< unwrapped, as the command's
   double elevation_rad = 0;
-  Time tick;  ///< of the command that it is made of
+  Time tick;  ///< of the command that it is made of, the next likewise
+  SlavingSource source = SlavingSource::Fused;
 };
 
 class CommandBook {
@@ -28,7 +30,7 @@ class CommandBook {
   /// Between two commands: both carried to the instant, by rate and, where both have it, acceleration, and weighed by
   /// how near they are, so that nothing steps. Behind the newest: that one, carried on. Nothing: no command applies
   /// yet, or the one that does has expired by then.
-  [[nodiscard]] std::optional<Aim> at(Time t) const;
+  [[nodiscard]] std::optional<CommandedPointing> at(Time t) const;
 
   /// When the last command expires. Nothing: there is none.
   [[nodiscard]] std::optional<Time> valid_until() const;
@@ -44,4 +46,4 @@ class CommandBook {
   std::uint64_t from_future_ = 0;
 };
 
-}  // namespace downrange::rotctl
+}  // namespace downrange
