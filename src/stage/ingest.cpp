@@ -10,7 +10,8 @@ namespace downrange {
 namespace {
 
 constexpr Duration same_epoch = milliseconds(1);
-constexpr std::size_t max_streams = 512;
+/// Beside one of each source and target: of receivers that nobody has configured.
+constexpr std::size_t more_streams = 512;
 /// A vehicle is between the Dead Sea's depth below the ellipsoid and geosynchronous altitude, slower than 20 km/s.
 constexpr double radius_min_m = 6.35e6;
 constexpr double radius_max_m = 5e7;
@@ -75,7 +76,8 @@ Ingest::Ingest(const RangeConfig& config)
       departure_(config),
       mission_(config),
       orders_(config),
-      antennas_(config.antennas.size()) {}
+      antennas_(config.antennas.size()),
+      most_streams_(sources_.size() * config.targets.size() + more_streams) {}
 
 void Ingest::note(const MissionEvent& event) {
   mission_.note(event);
@@ -242,13 +244,15 @@ Reason Ingest::judge_pad(const Observation& o) {
 Ingest::Stream& Ingest::stream_of(const Observation& o) {
   const SourceKind kind = kind_of(o.measured);
   const Name& source = kind == SourceKind::Telemetry ? o.receiver : o.sensor;
-  for (Stream& s : streams_) {
-    if (s.kind == kind && s.source == source && s.target == o.target) return s;
+  const StreamKey key{.kind = kind, .source = source, .target = o.target};
+  // Whatever an outsider calls its receivers, memory stays bounded: the stream that is quiet for longest makes room.
+  if (streams_.size() >= most_streams_ && !streams_.contains(key)) {
+    const auto heard_before = [](const auto& a, const auto& b) { return a.second.heard < b.second.heard; };
+    streams_.erase(std::ranges::min_element(streams_, heard_before));
   }
-  // Whatever an outsider calls its receivers, memory stays bounded: streams that went quiet make room.
-  if (streams_.size() >= max_streams) streams_.erase(streams_.begin());
-  streams_.push_back({.source = source, .target = o.target, .kind = kind, .recent = {}, .numbered_twice = {}});
-  return streams_.back();
+  Stream& stream = streams_[key];
+  stream.heard = std::max(stream.heard, o.received);
+  return stream;
 }
 
 Reason Ingest::judge_time(const Observation& o) {
@@ -259,7 +263,7 @@ Reason Ingest::judge_time(const Observation& o) {
 
   Stream& stream = stream_of(o);
   // Of GPS the same epoch is +- 1 ms; a radar's plots may follow each other as closely.
-  const Duration tolerance = stream.kind == SourceKind::Telemetry ? same_epoch : Duration{0};
+  const Duration tolerance = kind_of(o.measured) == SourceKind::Telemetry ? same_epoch : Duration{0};
   std::erase_if(stream.recent, [&](const Stream::Entry& e) { return e.epoch < horizon - same_epoch; });
   const auto same = [&](const Stream::Entry& e) {
     const Duration apart = o.epoch - e.epoch;

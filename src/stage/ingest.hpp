@@ -4,6 +4,7 @@
 #include <downrange/stage/event.hpp>
 #include <downrange/stage/range_config.hpp>
 #include <downrange/stage/source_table.hpp>
+#include <map>
 #include <vector>
 
 #include "departure.hpp"
@@ -46,12 +47,17 @@ class Ingest {
       std::uint64_t sequence;
       Name sender;
     };
+    std::vector<Entry> recent;
+    Time numbered_twice;  ///< newest epoch that one sender's messages gave under two numbers: by two networks
+    Time heard;           ///< of its newest message, by the node's clock
+  };
+  struct StreamKey {
+    SourceKind kind;
     Name source;  ///< radar or tracker; for GPS the on-board receiver: a double has the same receiver, whatever station
                   ///< relayed it
     Name target;
-    SourceKind kind;
-    std::vector<Entry> recent;
-    Time numbered_twice;  ///< newest epoch that one sender's messages gave under two numbers: by two networks
+
+    auto operator<=>(const StreamKey&) const = default;
   };
 
   /// Without what the radar is not configured to measure; what a plot lacks is 0.
@@ -85,7 +91,8 @@ class Ingest {
   MissionClock mission_;
   Orders orders_;
   std::vector<AntennaSaid> antennas_;  ///< as configured
-  std::vector<Stream> streams_;
+  std::map<StreamKey, Stream> streams_;
+  std::size_t most_streams_;
 };
 
 }  // namespace downrange

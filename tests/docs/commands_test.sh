@@ -152,6 +152,11 @@ run "sudo install -m 644 /usr/share/downrange/config/dds-qos.xml /etc/downrange/
 run "downrange check /etc/downrange/range.toml" "$root/usr/bin/downrange check $root/etc/downrange/range.toml"
 only "sudo systemctl daemon-reload && sudo systemctl enable --now downranged" "needs a machine that systemd runs"
 
+# ---- tools/README.md
+by .ci/run "tools/bench latency"
+only "tools/bench load" "a machine that does something else beside it may miss a tick"
+by .ci/run "tools/bench targets"
+
 # ---- CONTRIBUTING.md, tools/examples/README.md
 by .ci/run "tools/lint"
 by docs_documents_test "tools/check-documents"

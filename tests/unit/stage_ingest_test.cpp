@@ -35,6 +35,41 @@ TEST(Ingest, NoReceiverIsBetterThanConfiguredWhateverItStates) {
   EXPECT_EQ(fix.sigma_velocity_m_s, 3);
 }
 
+TEST(Ingest, NoTargetIsForgottenHoweverManyThereAre) {
+  RangeConfig range = test::small_range();
+  for (int i = 0; i < 1000; ++i) {
+    range.targets.emplace_back();
+    range.targets.back().id = std::string_view("t" + std::to_string(i));
+  }
+  Ingest ingest(range);
+  for (const Reason expected : {Reason::Accepted, Reason::Duplicate}) {
+    for (const RadarConfig& radar : range.radars) {
+      RadarTspi plot = plot_at(radar, 30, 1);
+      for (const TargetConfig& target : range.targets) {
+        plot.target = target.id;
+        ASSERT_EQ(ingest.judge(plot).verdict, expected) << target.id.view();
+      }
+    }
+  }
+}
+
+TEST(Ingest, ReceiversThatNobodyKnowsPushOutTheQuietest) {
+  const RangeConfig range = test::small_range();
+  Ingest ingest(range);
+  GpsFix fix = fix_at(range.telemetry[0].id, 30, 1);
+  RadarTspi plot = plot_at(range.radars[0], 30, 1);
+  ASSERT_EQ(ingest.judge(plot).verdict, Reason::Accepted);
+  for (int i = 0; i < 100'000; ++i) {
+    const std::string name = "r" + std::to_string(i);
+    fix.receiver = std::string_view(name);
+    fix.received = fix.received + Duration{1};
+    (void)ingest.judge(fix);
+    if (i % 100 != 0) continue;
+    plot.received = fix.received;  // the radar is heard all the time, and remembered
+    ASSERT_EQ(ingest.judge(plot).verdict, Reason::Duplicate) << i;
+  }
+}
+
 TEST(Ingest, RadarReasons) {
   const RangeConfig range = test::small_range();
   const double nan = std::numeric_limits<double>::quiet_NaN();

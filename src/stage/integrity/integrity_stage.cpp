@@ -114,7 +114,7 @@ bool IntegrityStage::process(const Observation& o, const Measurement& m) {
     if (place == t.selected) accepted = verdict == Verdict::Accepted;
   }
   // The chains of other targets do not hear it, but what they are run again on has moved.
-  for (std::size_t other = 0; other < targets_.size(); ++other) {
+  for (std::size_t other = 0; runs_again_ && other < targets_.size(); ++other) {
     if (static_cast<int>(other) == m.target) continue;
     for (Chain& c : targets_[other].others) (void)c.process(logged, at, o.received, exclusions_);
   }
@@ -244,6 +244,7 @@ void IntegrityStage::exclude(int target, SourceId source, Time undone_from) {
   const Time from = kept_before(std::max(undone_from, of(target).first_told[static_cast<std::size_t>(source)]));
   for_each_chain_of(of(target), [&](Chain& c) {
     if (!c.alone() && contains(c.sources(), source)) c.roll_back(target, set_of(source), from, log_);
+    runs_again_ = runs_again_ || c.runs_again();
   });
 }
 
@@ -251,10 +252,13 @@ bool IntegrityStage::catch_up() {
   // With what has come since the last tick it never falls behind.
   int budget = rerun_per_tick_ + 2 * std::exchange(arrived_, 0);
   bool ended = false;
+  if (!std::exchange(runs_again_, false)) return ended;
   for_each_chain([&](Chain& c) {
-    if (!c.runs_again() || budget <= 0) return;
-    budget -= c.catch_up(log_, exclusions_, instants_, budget);
-    ended = ended || !c.runs_again();
+    if (c.runs_again() && budget > 0) {
+      budget -= c.catch_up(log_, exclusions_, instants_, budget);
+      ended = ended || !c.runs_again();
+    }
+    runs_again_ = runs_again_ || c.runs_again();
   });
   return ended;
 }

@@ -155,6 +155,7 @@ class IntegrityStage {
   std::vector<Followed> followed_;
   std::vector<BiasEstimate> biases_;  ///< by SourceId
   int arrived_ = 0;                   ///< measurements since the last tick
+  bool runs_again_ = false;           ///< some chain does
   std::optional<Time> last_tick_;
   bool judged_ = false;
 };
