@@ -212,7 +212,7 @@ std::vector<std::string> missed(const FaultScore& score, const FaultLimits& limi
         text("bound covers %.2f %%, at least %g %% expected", 100 * score.bound.value(), 100 * limits.bound_share));
   const MountScore mounts = score.all_mounts();
   const double on_target = mounts.share_of(mounts.on_target);
-  if (limits.on_target_share && !(on_target >= *limits.on_target_share))
+  if (limits.on_target_share && on_target < *limits.on_target_share)
     all.push_back(text("mounts %.2f %% of the time on target, at least %g %% expected", 100 * on_target,
                        100 * *limits.on_target_share));
   if (limits.excursion_rad && mounts.worst_rad > *limits.excursion_rad)

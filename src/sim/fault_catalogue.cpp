@@ -154,7 +154,7 @@ FaultAction read_action(TomlSection toml) {
   return action;
 }
 
-score::FaultLimits read_limits(TomlSection& toml) {
+score::FaultLimits read_limits(TomlSection& toml, std::optional<double> on_target_share) {
   score::FaultLimits limits;
   const auto number = [&toml](const char* key, std::optional<double>& out) {
     if (toml.optional(key)) out = toml.number(key, from_zero);
@@ -163,9 +163,13 @@ score::FaultLimits read_limits(TomlSection& toml) {
   number("recovery_s", limits.recovery_s);
   number("accusation_s", limits.accusation_s);
   limits.bound_share = toml.number("bound_share", probability, limits.bound_share);
-  if (toml.optional("on_target_share")) limits.on_target_share = toml.number("on_target_share", probability);
   if (toml.optional("excursion_deg")) limits.excursion_rad = toml.number("excursion_deg", {0, 180}) * deg;
   limits.majority_lies = toml.flag("majority_lies", false);
+  if (toml.optional("on_target_share")) {
+    limits.on_target_share = toml.number("on_target_share", probability);
+  } else if (!limits.majority_lies) {
+    limits.on_target_share = on_target_share;
+  }
   return limits;
 }
 
@@ -174,6 +178,7 @@ struct Defaults {
   std::vector<double> begin_s{150};
   double lasts_s = 60;
   std::vector<double> radars{2};
+  std::optional<double> on_target_share{};  ///< expected, but of a lying majority
 };
 
 Fault read_fault(TomlSection toml, const Defaults& defaults) {
@@ -192,9 +197,10 @@ Fault read_fault(TomlSection toml, const Defaults& defaults) {
     fault.radars.push_back(static_cast<int>(radars));
   for (const TomlSection& action : toml.sections("do")) fault.actions.push_back(read_action(action));
   fault.liars = toml.texts("liars");
+  fault.expected.on_target_share = defaults.on_target_share;
   if (toml.optional("expect")) {
     TomlSection expect = toml.section("expect");
-    fault.expected = read_limits(expect);
+    fault.expected = read_limits(expect, defaults.on_target_share);
     if (fault.expected.accusation_s && fault.liars.empty())
       expect.fail("accusation_s", "is of somebody who lies: name liars");
     expect.reject_unknown();
@@ -270,6 +276,7 @@ FaultCatalogue load_faults(const std::filesystem::path& file) {
   defaults.begin_s = root.numbers("begin_s", flight_time, defaults.begin_s);
   defaults.lasts_s = root.number("lasts_s", longer_than_zero, defaults.lasts_s);
   defaults.radars = root.numbers("radars", {0, most_radars}, defaults.radars);
+  if (root.optional("on_target_share")) defaults.on_target_share = root.number("on_target_share", probability);
   std::set<std::string> names;
   for (const TomlSection& toml : root.sections("flight")) {
     catalogue.flights.push_back(read_flight(toml));

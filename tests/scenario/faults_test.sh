@@ -25,6 +25,12 @@ output=$("$downrange" experiment faults --only "$twelve" --runs 1 --json "$work/
 grep -q '12.00' <<< "$(grep 'scenarios flown' <<< "$output")" || fail "not twelve were flown" "$output"
 grep -q '"expected": "met' "$work/faults.json" || fail "the JSON does not say what was met" "$(head -c 2000 "$work/faults.json")"
 [ "$(grep -c '<figure' "$work/faults.html")" -ge 12 ] || fail "the page has no plots" ""
+# At the antennas: a radar that is lost costs nothing; where every source is silent the mounts stand, and the table says for how long.
+antennas=$(sed -n '/^The same at the antennas/,/^catalogue/p' <<< "$output")
+awk '$1 == "radar-lost@150/2" { lost = $2 } $1 == "all-lost@290/2" { blind = $2; withheld = $4 }
+  $1 == "all" { all = $2 } END { exit !(lost == 100 && blind > 55 && blind < 80 && withheld > 50 && withheld < 60 && all > blind) }' \
+  <<< "$antennas" || fail "what the mounts made of it is not told" "$antennas"
+grep -q '"withheld s": 5[0-9]' "$work/faults.json" || fail "the JSON does not tell of the antennas" "$antennas"
 
 # A limit that cannot be held.
 faults=$source/tools/scenarios/faults
@@ -48,6 +54,14 @@ status=0
 output=$("$downrange" experiment faults --faults "$work/strict.toml" --runs 1 2>&1) || status=$?
 [ "$status" = 1 ] && grep -q 'strict@90.0/2: worst [0-9]* m, allowed 0.001 m' <<< "$output" ||
   fail "an expectation that cannot be met: exit $status" "$output"
+
+# Mounts that nobody commands for half a minute are not on target, whatever is expected of the track.
+sed -e 's/^name = .*/name = "blind"/; s/^lasts_s = .*/lasts_s = 30/; /^liars/d; s/"displace"/"silence"/; s/sources = .*/sources = ["all"]/' \
+  -e '/^east_m/d; s/^error_m = .*/on_target_share = 0.99/' "$work/strict.toml" > "$work/blind.toml"
+status=0
+output=$("$downrange" experiment faults --faults "$work/blind.toml" --runs 1 2>&1) || status=$?
+[ "$status" = 1 ] && grep -q 'blind@90.0/2: mounts [0-9.]* % of the time on target, at least 99 % expected' <<< "$(tr -s ' \n' ' ' <<< "$output")" ||
+  fail "mounts that stand: exit $status" "$output"
 
 sed -i 's/kind = "displace"/kind = "misplace"/' "$work/strict.toml"
 status=0

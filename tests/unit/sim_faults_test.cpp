@@ -289,14 +289,20 @@ TEST_F(FaultFile, SaysWhatIsWrongAndWhere) {
 }
 
 TEST_F(FaultFile, SaysWhatIsExpectedAtTheAntennas) {
-  const std::string fault = head + "[[fault.do]]\nkind = \"silence\"\nsources = [\"all\"]\n[fault.expect]\n";
-  const score::FaultLimits silent = load(fault + "error_m = 1\n").faults.front().expected;
-  EXPECT_FALSE(silent.on_target_share);
-  EXPECT_FALSE(silent.excursion_rad);
-  const score::FaultLimits told = load(fault + "on_target_share = 0.9\nexcursion_deg = 3\n").faults.front().expected;
+  const std::string fault = head + "[[fault.do]]\nkind = \"silence\"\nsources = [\"all\"]\n";
+  const auto expected = [&](const std::string& text) { return load(text).faults.front().expected; };
+  EXPECT_FALSE(expected(fault).on_target_share);
+  EXPECT_FALSE(expected(fault).excursion_rad);
+  const score::FaultLimits told = expected(fault + "[fault.expect]\non_target_share = 0.9\nexcursion_deg = 3\n");
   EXPECT_EQ(told.on_target_share, 0.9);
   ASSERT_TRUE(told.excursion_rad);
   EXPECT_NEAR(*told.excursion_rad, 3 * std::numbers::pi / 180, 1e-12);
+  // What the file says of all of them, but of a majority that lies.
+  const std::string all = "on_target_share = 0.99\n";
+  EXPECT_EQ(expected(all + fault).on_target_share, 0.99);
+  EXPECT_EQ(expected(all + fault + "[fault.expect]\nerror_m = 1\n").on_target_share, 0.99);
+  EXPECT_EQ(expected(all + fault + "[fault.expect]\non_target_share = 0.5\n").on_target_share, 0.5);
+  EXPECT_FALSE(expected(all + fault + "[fault.expect]\nmajority_lies = true\n").on_target_share);
 }
 
 TEST(ShippedFaults, AreReadAndSayWhatTheyExpect) {
