@@ -5,7 +5,6 @@ work=$(mktemp -d)
 pids=()
 cleanup() {
   for pid in "${pids[@]}"; do kill -KILL "$pid" 2>/dev/null || true; done
-  wait 2>/dev/null || true
   rm -rf "$work"
 }
 trap cleanup EXIT
@@ -17,6 +16,7 @@ start() {
   shift
   "$@" >"$log" 2>&1 </dev/null &
   started=$!
+  disown "$started" # its end is nobody's news
   pids+=("$started")
 }
 

@@ -33,7 +33,7 @@ std::vector<Event> flight() {
   plan.received = liftoff - seconds(900);
   events.emplace_back(plan);
   for (int t = 0; t <= 100; ++t) {
-    const auto sequence = static_cast<std::uint64_t>(t + 1);
+    const auto sequence = static_cast<std::uint64_t>(t) + 1;
     for (const RadarConfig& radar : range.radars) events.emplace_back(test::plot_at(radar, t, sequence));
     for (const TelemetryConfig& station : range.telemetry) {
       GpsFix fix;
