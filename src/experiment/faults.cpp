@@ -220,7 +220,8 @@ ExperimentResult run_faults(const ExperimentOptions& options, const faults::Plan
        "within 0.25 deg of the target's direction: share of the time from the fault's begin on with the target above "
        "the "
        "antenna's horizon; followed, by what commands are made of, and withheld are shares of the same"},
-      {"excursion", "farthest from the target while a command is followed, on the way to it after a pause as well"},
+      {"excursion",
+       "farthest from the target, deg, while commands are followed, from the arrival at what they command on"},
       {"CPU", number_text(cpu_s / 3600, 2) + " h on " + std::to_string(options.jobs) + " threads"}};
   for (const faults::Flown& f : flown) {
     if (f.missed.empty()) continue;

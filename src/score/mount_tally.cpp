@@ -72,6 +72,11 @@ void MountTally::step() {
     brake(azimuth_);
     brake(elevation_);
   }
+  const auto off = [&] {
+    return separation_rad(azimuth_.angle_rad(), elevation_.angle_rad(), commanded->azimuth_rad,
+                          commanded->elevation_rad);
+  };
+  arrived_ = commanded && (arrived_ || off() <= on_target_rad);
   if (at >= from_) judge(at, commanded);
 }
 
@@ -89,7 +94,7 @@ void MountTally::judge(Time at, const std::optional<CommandedPointing>& commande
     return;
   }
   ++score_.followed[static_cast<std::size_t>(commanded->source)];
-  score_.worst_rad = std::max(score_.worst_rad, off_rad);
+  if (arrived_) score_.worst_rad = std::max(score_.worst_rad, off_rad);
   const std::optional<SlavingSource> last = std::exchange(source_, commanded->source);
   score_.changes += last && *last != commanded->source ? 1 : 0;
 }

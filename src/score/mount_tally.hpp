@@ -32,7 +32,8 @@ struct MountScore {
   long withheld = 0;                          ///< no command held: the mount stands
   std::array<long, source_count> followed{};  ///< by SlavingSource: what its command was made of
   int changes = 0;                            ///< of what its commands are made of, from one followed to the next
-  double worst_rad = 0;                       ///< farthest from the target while it follows a command
+  /// Farthest from the target while it follows commands, from when it has arrived at what they command.
+  double worst_rad = 0;
 
   MountScore& operator+=(const MountScore& other);
   [[nodiscard]] double share_of(long count) const { return static_cast<double>(count) / static_cast<double>(steps); }
@@ -67,6 +68,7 @@ class MountTally {
   FollowingAxis azimuth_;
   FollowingAxis elevation_;
   std::optional<Time> now_;
+  bool arrived_ = false;                 ///< since commands began, or began again
   std::optional<SlavingSource> source_;  ///< of the last judged step that followed one
   MountScore score_;
 };
