@@ -80,6 +80,32 @@ TEST_P(JudgeOnClocks, SaysWhoseItIsAndByHowMuch) {
   }
 }
 
+/// From far a radar's biases are hundreds of metres where a tracker beside the pad sees the vehicle a few kilometres
+/// off.
+TEST(JudgeOnTrackers, HasNoClockInDoubtWhereNoneIsWrong) {
+  RangeConfig range = judged_range();
+  AngleSensorConfig tracker = small_tracker();
+  tracker.sigma_azimuth_rad = tracker.sigma_elevation_rad = 0.02 * deg;
+  range.angle_sensors = {tracker};
+  for (const std::uint64_t seed : {1, 2}) {
+    sim::Scenario scenario = judged_launch(range, 180);
+    sim::RadarScenario angles = scenario.radars[0];
+    angles.id = tracker.id;
+    angles.site = tracker.site;
+    angles.sigma = {0, tracker.sigma_azimuth_rad, tracker.sigma_elevation_rad};
+    angles.outlier_probability = 0;
+    angles.bias = {};
+    angles.bias.offset = {0, 0.2 * deg, -0.1 * deg};
+    angles.bias_sigma = {};
+    angles.measures.range = false;
+    scenario.angle_sensors = {angles};
+    const sim::Simulation flight(scenario, seed);
+    const JudgedFlight f = judged(range, flight.events(), 0);
+    for (const Said& s : f.said)
+      EXPECT_EQ(s.judgement.verdict, IntegrityVerdict::Agrees) << seed << '\n' << described(f);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Clocks, JudgeOnClocks, testing::ValuesIn(wrong_clocks()),
                          [](const auto& clock) { return clock.param.name; });
 

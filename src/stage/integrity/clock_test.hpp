@@ -2,7 +2,7 @@
 /// Clock test: are one witness's times late for another's? The biases explain what stays; a wrong clock displaces a
 /// source along the path by what the target flies meanwhile, and grows with the speed. A small Kalman filter of the
 /// differences of two witnesses estimates how far their clocks are apart beside both biases within their priors, and
-/// what varies slowly.
+/// what varies slowly. Of directions alone only against a receiver.
 
 #include <downrange/geo/time.hpp>
 #include <optional>
