@@ -29,7 +29,7 @@ namespace {
 using namespace downrange::bench;
 using namespace eprosima::fastdds::dds;
 using downrange::wire::RadarTspiV2;
-using downrange::wire::SlavingCommandV3;
+using downrange::wire::SlavingCommandV4;
 using downrange::wire::TrajectoryV2;
 
 constexpr const char* plots_topic = "range/radar_tspi";
@@ -79,7 +79,7 @@ class Observed {
     p.at_service = trajectory.received_ns();
     p.trajectory = here;
   }
-  void command(const SlavingCommandV3& command, Ns, Ns here) {
+  void command(const SlavingCommandV4& command, Ns, Ns here) {
     const std::lock_guard lock(mutex_);
     if (antenna_.empty()) antenna_ = command.antenna_id().to_string();
     if (antenna_ != command.antenna_id().to_string()) return;
@@ -163,7 +163,7 @@ int observe(DomainParticipant& participant, int run_s) {
   const PlotReader relayed(participant, relay_topic, "stream", into(&Observed::relayed));
   const Reader<TrajectoryV2, downrange::wire::TrajectoryV2PubSubType> trajectories(
       participant, "downrange/trajectory", "owned", into(&Observed::trajectory));
-  const Reader<SlavingCommandV3, downrange::wire::SlavingCommandV3PubSubType> commands(
+  const Reader<SlavingCommandV4, downrange::wire::SlavingCommandV4PubSubType> commands(
       participant, "downrange/slaving", "slaving-client", into(&Observed::command));
   std::this_thread::sleep_for(std::chrono::seconds(run_s));
   const int status = observed.report();

@@ -22,13 +22,13 @@ namespace {
 
 using namespace downrange::bench;
 using downrange::wire::ServiceStatusV4;
-using downrange::wire::SlavingCommandV3;
+using downrange::wire::SlavingCommandV4;
 
 class Ticks {
  public:
   explicit Ticks(Ns tick_ns) : tick_ns_(tick_ns) {}
 
-  void command(const SlavingCommandV3& command, Ns, Ns here) {
+  void command(const SlavingCommandV4& command, Ns, Ns here) {
     const std::lock_guard lock(mutex_);
     ticks_[command.antenna_id().to_string()].insert(command.tick_ns());
     after_tick_.push_back(here - command.tick_ns());
@@ -105,7 +105,7 @@ int main(int argc, char** argv) {
   const auto into = [&ticks](auto member) {
     return [&ticks, member](const auto& sample, Ns written, Ns here) { (ticks.*member)(sample, written, here); };
   };
-  const Reader<SlavingCommandV3, downrange::wire::SlavingCommandV3PubSubType> commands(
+  const Reader<SlavingCommandV4, downrange::wire::SlavingCommandV4PubSubType> commands(
       participant, "downrange/slaving", "slaving-client", into(&Ticks::command));
   const Reader<ServiceStatusV4, downrange::wire::ServiceStatusV4PubSubType> statuses(participant, "downrange/status",
                                                                                      "state", into(&Ticks::status));
