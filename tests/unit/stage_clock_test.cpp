@@ -32,9 +32,9 @@ std::vector<WrongClock> wrong_clocks() {
   return {{"receiver_1_s_from_the_pad_on", first_station, gps, {}, -1, -20, never, 60},
           {"receiver_0_3_s_from_the_pad_on", first_station, gps, {}, -0.3, -20, never, 76},
           {"radar_1_s_from_its_first_plot_on", jeju, set_of(jeju), "jeju", -1, -20, never, 68},
-          {"radar_0_3_s_from_its_first_plot_on", goheung, set_of(goheung), "goheung", -0.3, -20, never, 76},
+          {"radar_0_3_s_from_its_first_plot_on", goheung, set_of(goheung), "goheung", -0.3, -20, never, 79},
           {"radar_0_3_s_for_a_while", goheung, set_of(goheung), "goheung", -0.3, 70, 110, 77},
-          {"radar_0_1_s_for_a_while", goheung, set_of(goheung), "goheung", -0.1, 100, 140, 138}};
+          {"radar_0_1_s_for_a_while", goheung, set_of(goheung), "goheung", -0.1, 100, 150, 148}};
 }
 
 Fault fault_of(const WrongClock& clock) {

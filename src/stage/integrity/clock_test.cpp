@@ -25,7 +25,7 @@ constexpr int jump = 2;
 constexpr int no_clock = 6;
 /// Explained, in a row, before anything is said.
 constexpr int steady = 4;
-constexpr double false_alarm = 1e-6;
+constexpr double false_alarm = 1e-7;
 /// What stands still tells nothing of clocks; and of biases what holds at one place only.
 constexpr double moves_m_s = 10;
 /// Of what varies slowly: that it can be inverted.
