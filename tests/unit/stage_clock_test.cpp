@@ -34,7 +34,7 @@ std::vector<WrongClock> wrong_clocks() {
           {"radar_1_s_from_its_first_plot_on", jeju, set_of(jeju), "jeju", -1, -20, never, 68},
           {"radar_0_3_s_from_its_first_plot_on", goheung, set_of(goheung), "goheung", -0.3, -20, never, 79},
           {"radar_0_3_s_for_a_while", goheung, set_of(goheung), "goheung", -0.3, 70, 110, 77},
-          {"radar_0_1_s_for_a_while", goheung, set_of(goheung), "goheung", -0.1, 100, 150, 148}};
+          {"radar_0_1_s_for_a_while", goheung, set_of(goheung), "goheung", -0.1, 100, 165, 160}};
 }
 
 Fault fault_of(const WrongClock& clock) {
