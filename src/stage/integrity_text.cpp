@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "stage/decimal.hpp"
+
 namespace downrange {
 namespace {
 
@@ -20,16 +22,7 @@ std::string list(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string one_decimal(double not_negative) {
-  const std::int64_t tenths = std::llround(not_negative * 10);
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10);
-}
-
-std::string seconds_text(double not_negative) {
-  const std::int64_t hundredths = std::llround(not_negative * 100);
-  return std::to_string(hundredths / 100) + "." + (hundredths % 100 < 10 ? "0" : "") +
-         std::to_string(hundredths % 100) + " s";
-}
+std::string text_of(double value, int decimals) { return std::string(decimal(value, decimals).view()); }
 
 std::string two_digits(std::int64_t n) { return (n < 10 ? "0" : "") + std::to_string(n); }
 
@@ -45,10 +38,10 @@ std::string accusation_of(const Integrity& record, std::size_t source) {
   const std::string by_how_much = known ? " by " + distance_text(s.apart_m) : "";
   switch (s.why) {
     case Finding::CoarseVelocity:
-      return " does not move as its own velocity says" + (known ? ", by " + one_decimal(s.apart_m) + " m/s" : "");
+      return " does not move as its own velocity says" + (known ? ", by " + text_of(s.apart_m, 1) + " m/s" : "");
     case Finding::Clock:
       if (others.empty()) return "";
-      return " disagrees with " + others + " as by a clock that is " + (known ? seconds_text(s.apart_m) + " " : "") +
+      return " disagrees with " + others + " as by a clock that is " + (known ? text_of(s.apart_m, 2) + " s " : "") +
              "off";
     case Finding::Impossible:
       if (known) return " leapt, and is " + distance_text(s.apart_m) + " off its own path";
@@ -90,7 +83,7 @@ std::string_view to_string(Finding finding) {
 std::string mission_time(Time t, std::optional<Time> liftoff) {
   if (liftoff) {
     const double s = (t - *liftoff).seconds();
-    return (s < 0 ? "T-" : "T+") + one_decimal(std::abs(s));
+    return (s < 0 ? "T-" : "T+") + text_of(std::abs(s), 1);
   }
   const std::int64_t day_s = (t.ns / 1'000'000'000) % 86'400;
   return two_digits(day_s / 3600) + ":" + two_digits(day_s / 60 % 60) + ":" + two_digits(day_s % 60);
@@ -99,9 +92,9 @@ std::string mission_time(Time t, std::optional<Time> liftoff) {
 std::string distance_text(double m) {
   if (!(std::abs(m) < 1e15)) return "very far";
   const std::string sign = m < 0 ? "-" : "";
-  if (std::abs(m) < 10) return sign + one_decimal(std::abs(m)) + " m";
+  if (std::abs(m) < 10) return sign + text_of(std::abs(m), 1) + " m";
   if (std::abs(m) < 1000) return sign + std::to_string(std::llround(std::abs(m))) + " m";
-  return sign + one_decimal(std::abs(m) / 1000) + " km";
+  return sign + text_of(std::abs(m) / 1000, 1) + " km";
 }
 
 std::string sentence(const Integrity& record, std::size_t source) {

@@ -75,8 +75,9 @@ std::vector<std::string> SlavingNotes::ends(Time now) {
     if (!told.commanded || now - told.newest < told_after) continue;
     told.commanded = false;
     told.coasts_since.reset();
-    sentences.push_back(std::string(antenna.view()) +
-                        " has no command any more: nothing is left to follow, or it was stopped");
+    sentences.push_back(
+        std::string(antenna.view()) +
+        " has no command any more: nothing is left to follow, it was stopped, or its platform is not heard");
   }
   return sentences;
 }

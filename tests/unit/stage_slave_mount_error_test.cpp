@@ -215,6 +215,25 @@ TEST_F(MountOfAntennaTest, AnErrorOfHalfADegreeIsOutOfTheCommandsWithoutAStep) {
   EXPECT_LT(std::abs(left(commands.back(), 0, 0.2 * deg).second), 0.02 * deg);
 }
 
+TEST_F(MountOfAntennaTest, WhatWasReadWhileItWasStoppedIsNotHeldAgainstALaterTrack) {
+  Slave slave(range);
+  (void)fly(slave, 30, 60, true, 0.3 * deg);
+  // Stopped: it reads on, and nobody asks; a manoeuvre that the later track does not know leads it 0.4 deg away.
+  for (int i = 0; i < 600; ++i) {
+    Observation o;
+    o.sensor = range.angle_sensors[0].id;
+    o.target = "kslv";
+    o.epoch = test::liftoff + seconds(60 + 0.1 * i);
+    const Polar q = polar_from_enu(range.antennas[0].site.enu_of(test::vehicle_at(60 + 0.1 * i)));
+    o.measured = Angles{.azimuth_rad = q.azimuth_rad + 0.7 * deg, .elevation_rad = q.elevation_rad};
+    slave.note(o);
+  }
+  for (const SlavingCommand& c : fly(slave, 120, 125, false)) {
+    EXPECT_NEAR(c.mount_azimuth_rad, 0.3 * deg, 0.02 * deg);
+    EXPECT_NEAR(c.mount_elevation_rad, 0, 0.02 * deg);
+  }
+}
+
 TEST_F(MountOfAntennaTest, UntilItIsKnownTheCommandsSigmaHasThePrior) {
   Slave slave(range);
   const SlavingCommand before = fly(slave, 30, 31, false).back();

@@ -136,7 +136,7 @@ struct AntennaConfig {
   Name target;  ///< what it follows; empty: the first target
   Name sensor;  ///< tracker or radar on the same mount: what it reads is how the mount points; empty: none
   double mount_error_max_rad = 1 * std::numbers::pi / 180;  ///< per axis; a larger one is not taken out of its commands
-  bool moves = false;  ///< on a ship or an aircraft: `site` until range/platform tells where it is
+  bool moves = false;  ///< on a ship or an aircraft: range/platform tells where it is; no command before
   double azimuth_min_rad = -1.5 * std::numbers::pi;  ///< travel, cable wrap included
   double azimuth_max_rad = 1.5 * std::numbers::pi;
   double elevation_min_rad = 0;

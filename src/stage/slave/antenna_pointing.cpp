@@ -25,6 +25,9 @@ constexpr double turns_fast_above_rad = 80 * degree;
 /// A seam closes at this share of the azimuth's rate, which a plan leaves free; a wider one is a step that was meant.
 constexpr double seam_rate = 0.04;
 constexpr double widest_seam_rad = 10 * degree;
+/// A reading is compared with the track that far from the instant of the command: beyond, a constant acceleration says
+/// no more where the target was (7 m for a jerk of 5 m/s^3).
+constexpr double readings_within_s = 2;
 
 std::unique_ptr<const RefractionTable> air_over(const AntennaConfig& antenna) {
   if (antenna.refractivity == 0) return nullptr;
@@ -122,6 +125,7 @@ void AntennaPointing::learn_mount_error(const Aim& aim) {
   for (const Reading& reading : measured ? std::span<const Reading>(readings_) : std::span<const Reading>()) {
     TrackEstimate then = aim.estimate;
     const double dt = (reading.epoch - aim.estimate.epoch).seconds();
+    if (std::abs(dt) > readings_within_s) continue;  // of before a stop, say
     then.mean.head<3>() += dt * (then.mean.segment<3>(3) + dt / 2 * then.mean.tail<3>());
     const auto look = look_at(antenna_.site, air_.get(), then);
     if (!look) continue;
@@ -239,12 +243,8 @@ Axes AntennaPointing::axes_of_target(const AxisMotion& azimuth, const AxisMotion
   return axes;
 }
 
-void AntennaPointing::mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick, bool resumes) {
+void AntennaPointing::mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick) {
   const std::uint64_t before = std::exchange(seam_.plan, plan);
-  if (!last_ || resumes) {
-    seam_.off_rad = 0;
-    return;
-  }
   const double dt = (tick - last_->tick).seconds();
   if (before != plan) {
     seam_.off_rad = last_->axes.azimuth.at(dt) - azimuth.angle_rad;
@@ -286,14 +286,14 @@ std::optional<SlavingCommand> AntennaPointing::command(const Aim& aim, const Fol
   Axes axes;
   if (keyhole_.active(at)) {
     AxisMotion own = keyhole_.azimuth(at);
-    mend_seam(own, keyhole_.made(), tick, resumes);
+    mend_seam(own, keyhole_.made(), tick);
     axes = axes_of_plan(own, azimuth, elevation);
   } else {
     // A plan may have led a mount that can over the zenith.
     if (seam_.plan != 0 && configured_.elevation_max_rad > pi / 2)
       over_ = std::cos(last_->axes.azimuth.angle_rad - azimuth.angle_rad) < 0;
     axes = axes_of_target(azimuth, elevation);
-    if (seam_.plan != 0 || seam_.off_rad != 0) mend_seam(axes.azimuth, 0, tick, resumes);
+    if (seam_.plan != 0 || seam_.off_rad != 0) mend_seam(axes.azimuth, 0, tick);
   }
   axes.azimuth.angle_rad = std::clamp(axes.azimuth.angle_rad, antenna_.azimuth_min_rad, antenna_.azimuth_max_rad);
   hold_elevation(axes, horizon_, antenna_.elevation_max_rad);

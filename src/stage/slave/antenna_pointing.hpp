@@ -88,8 +88,9 @@ class AntennaPointing {
   /// `own`: of the azimuth axis, as planned; azimuth and elevation: of the target.
   [[nodiscard]] Axes axes_of_plan(const AxisMotion& own, const AxisMotion& azimuth, const AxisMotion& elevation) const;
   [[nodiscard]] Axes axes_of_target(const AxisMotion& azimuth, const AxisMotion& elevation);
-  /// No step where the azimuth is told by another plan than at the last tick.
-  void mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick, bool resumes);
+  /// No step where the azimuth is told by another plan than at the last tick. Not of the first command, nor after a
+  /// pause: there is no plan then, and no seam.
+  void mend_seam(AxisMotion& azimuth, std::uint64_t plan, Time tick);
   void follow(const Axes& axes, Time tick, bool resumes);
 
   const AntennaConfig& configured_;
